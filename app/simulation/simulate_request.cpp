@@ -18,10 +18,14 @@ void describe(OptionVisitor& v, SimulateOptions& o) {
                  o.color_form, simulation::kColorFormNames);
 }
 
-simulation::SceneFile read_requested_scene(const SimulateRequest& request, const RunControl& control) {
-  const SimulateOptions& options = request.options;
+void require_resolution(const SimulateOptions& options) {
   if (options.resolution > 0 && options.resolution < 16)
     throw UsageError("--resolution: found `" + std::to_string(options.resolution) + "`; expected 0 or [16, 16384]");
+}
+
+simulation::SceneFile read_requested_scene(const SimulateRequest& request, const RunControl& control) {
+  const SimulateOptions& options = request.options;
+  require_resolution(options);
   simulation::SceneFile file = simulation::read_scene(request.scene, control);
   if (options.iterations > 0) file.iterations = options.iterations;
   if (options.history_every > 0) file.history_every = options.history_every;

@@ -23,6 +23,8 @@ struct SimulateOptions {
   simulation::ColorForm color_form = simulation::ColorForm::Normalized;
 };
 void describe(OptionVisitor& v, SimulateOptions& o);
+/// @throws UsageError unless it is 0 or [16, 16384].
+void require_resolution(const SimulateOptions& options);
 
 struct SimulateRequest {
   std::filesystem::path scene;

@@ -6,6 +6,7 @@ import io
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -245,7 +246,7 @@ class BadStudies(StudyCase):
         self.problems(["/simulate/options/replicates: `replicates` is not for studies; each of `seeds` is a cell"], simulate={**SIMULATIONS, "options": {"replicates": 3}})
 
     def test_what_a_fit_cannot_vary_is_said_before_anything_runs(self):
-        self.problems(["/fit/histories/0: ", "/fit/objective/coverd: --objective: found `coverd`", "/fit/options/evaluatoins: `fit` has no option `evaluatoins`; did you mean `evaluations`?"],
+        self.problems(["/fit/histories/0: ", "/fit/objective/coverd: objective: found `coverd`", "/fit/options/evaluatoins: `fit` has no option `evaluatoins`; did you mean `evaluations`?"],
                       fit={**FITS, "histories": ["rust"], "objective": {"coverd": 1}, "options": {"evaluatoins": 3}})
         self.problems(["/fit/vary/0: /rules/0/rat is not in plate.json"], fit={**FITS, "vary": [{"pointer": "/rules/0/rat", "low": 1, "high": 2}]})
         self.problems(["/fit: --evaluations: found 5; expected at least 13"], fit={**FITS, "options": {"evaluations": [5, 13]}})
@@ -285,6 +286,18 @@ class BadStudies(StudyCase):
         self.fails(CANNOT, "is no study's folder", "study", "run", "study.json", "-o", "photos")
         self.fails(INPUT, "is no study's folder", "study", "report", "photos")
         self.fails(USAGE, "--snakemake", "study", "export", "study.json")
+
+
+    def test_slurm_profiles_of_both_snakemakes_say_the_same(self):
+        self.study(transfer=TRANSFERS)
+        self.succeeds("study", "export", "study.json", "--snakemake", "out")
+        old, new = ({line.split(":", 1)[0]: line.split(":", 1)[1] for line in (self.folder / "out/profiles/slurm" / name).read_text().splitlines() if re.match(r"[a-z-]+:", line)}
+                    for name in ("config.yaml", "config.v8+.yaml"))
+        self.assertEqual(new.pop("executor").strip(), "cluster-generic")
+        self.assertEqual((old.pop("max-jobs-per-second"), new.pop("max-jobs-per-timespan")), (" 20", " 20/1s"))
+        for before, now in (("cluster", "submit-cmd"), ("cluster-status", "status-cmd"), ("cluster-cancel", "cancel-cmd")):
+            self.assertEqual(old.pop(before), new.pop(f"cluster-generic-{now}"))
+        self.assertEqual(old, new)
 
 
 @unittest.skipUnless(SNAKEMAKE, "snakemake is not installed (Debian's snakemake)")

@@ -159,6 +159,11 @@ default-resources:
   - runtime=60
 """
 
+# Snakemake 8 and later read this file of the profile; the plug-in is snakemake-executor-plugin-cluster-generic.
+SLURM_PROFILE_8 = SLURM_PROFILE.replace("\ncluster: ", "\nexecutor: cluster-generic\ncluster-generic-submit-cmd: ").replace(
+    "\ncluster-status: ", "\ncluster-generic-status-cmd: ").replace("\ncluster-cancel: ", "\ncluster-generic-cancel-cmd: ").replace(
+    "or in `cluster` below", "or in the command below").replace("\nmax-jobs-per-second: 20", "\nmax-jobs-per-timespan: 20/1s")
+
 SLURM_STATUS = r"""#!/bin/sh
 # What has become of a job, in Snakemake's words. `squeue` knows what waits and runs, `scontrol` what has just ended, and
 # `sacct` the rest, where there is accounting. Nobody knowing counts as failed: the step is then run again, and finds
@@ -203,9 +208,9 @@ def write_snakefile(study):
                    WAVES="".join(f"\n    {step.name}_wave," for step in in_items), NAME=study.name)
     text += "".join(_rules(step, part.steps[0]) for part in study.parts for step in part.steps)
     _native._write(study.inside("Snakefile"), text)
-    for name, profile in (("local", LOCAL_PROFILE), ("slurm", SLURM_PROFILE)):
+    for name, file, profile in (("local", "config.yaml", LOCAL_PROFILE), ("slurm", "config.yaml", SLURM_PROFILE), ("slurm", "config.v8+.yaml", SLURM_PROFILE_8)):
         make_folder(study.inside("profiles", name))
-        _native._write(study.inside("profiles", name, "config.yaml"), profile)
+        _native._write(study.inside("profiles", name, file), profile)
     status = study.inside("profiles", "slurm", "status.sh")
     _native._write(status, SLURM_STATUS)
     os.chmod(status, os.stat(status).st_mode | stat.S_IXUSR | stat.S_IXGRP | stat.S_IXOTH)

@@ -167,6 +167,7 @@ int cmd_simulate(CommandRun& run) {
   run.line.example("simulate rust.json --estimate");
   run.line.example("simulate rust.json --replicates 8 -o rusted");
   run.line.example("simulate rust.json -o rust --controls hits --controls water.deposited --iterations 500");
+  run.line.checked([&] { app::require_resolution(request.options); });
   if (!run.parse()) return 0;
   if (output.empty() && !is_estimate) throw app::UsageError("-o SIMULATION is missing; --estimate needs none");
   if (!output.empty() && is_estimate) throw app::UsageError("--estimate makes nothing; leave out -o");

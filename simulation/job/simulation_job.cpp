@@ -39,6 +39,7 @@ struct SimulationWork {
   SceneCopy copy;
   SimulationOptions options;
   std::string key;
+  bool has_set_amounts = false;
   std::unique_ptr<Simulation> simulation;
 
   [[nodiscard]] static fs::path checkpoint_file() { return fs::path(kJobWorkFolder) / "checkpoint.bin"; }
@@ -175,7 +176,7 @@ void join_simulated(SimulationWork& work, const fs::path& folder, const RunContr
   const RunControl quiet = control.silent();
   while (simulation.iteration() < file.iterations) simulation.step(quiet);  // only when a checkpoint was lost
   simulation.apply_due(quiet);
-  if (const std::string wrong = simulation.audit(quiet); !wrong.empty())
+  if (const std::string wrong = work.has_set_amounts ? "" : simulation.audit(quiet); !wrong.empty())
     throw CannotComplete("the mass balance is violated: " + wrong);
   write_atlas_file(folder, simulation);
   write_state_file(folder, simulation);
@@ -244,11 +245,11 @@ JobInputs simulation_inputs(const SceneFile& file, const SimulationOptions& opti
 
 }  // namespace
 
-JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const fs::path& output) {
-  const JobInputs inputs = simulation_inputs(scene, options);
-  auto work = std::make_shared<SimulationWork>();
-  work->file = std::move(scene);
-  work->options = options;
+namespace {
+
+/// The plan of the scene, with `ends` for where its stretches end. @param inputs  Of the scene and what else counts.
+JobPlan plan_stretches(const std::shared_ptr<SimulationWork>& work, const JobInputs& inputs, const fs::path& output,
+                       const std::vector<std::int64_t>& ends) {
   work->options.parameter_maps = work->file.controls;
   work->key = inputs.key();
   work->copy = plan_scene_copy(work->file.file, load_json(work->file.file), output / kSceneFolder);
@@ -258,11 +259,46 @@ JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const
   std::int64_t begin = 0;
   int stage = 0;
   plan.items.push_back(scene_item(work));
-  for (const std::int64_t end : item_ends(work->file)) {
+  for (const std::int64_t end : ends) {
     plan.items.push_back(make_item(work, begin, end, ++stage));
     begin = end;
   }
   plan.join = [work](const fs::path& folder, const RunControl& control) { join_simulated(*work, folder, control); };
+  return plan;
+}
+
+}  // namespace
+
+JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const fs::path& output) {
+  auto work = std::make_shared<SimulationWork>();
+  work->file = std::move(scene);
+  work->options = options;
+  return plan_stretches(work, simulation_inputs(work->file, options), output, item_ends(work->file));
+}
+
+JobPlan plan_saved_simulation(SceneFile scene, const SimulationOptions& options, SimulationState state,
+                              const fs::path& output) {
+  auto work = std::make_shared<SimulationWork>();
+  work->file = std::move(scene);
+  work->file.iterations = state.iteration;
+  work->file.history_every = std::max<std::int64_t>(1, state.iteration);
+  work->options = options;
+  work->has_set_amounts = state.has_set_amounts;
+  JobInputs inputs = simulation_inputs(work->file, options);
+  if (state.is_changed_by_hand) {
+    ContentHash snapshot;
+    snapshot.add(std::span<const std::byte>(state.snapshot));
+    inputs.add_content("state", "what was done by hand", snapshot.hex());
+  }
+  std::vector<std::int64_t> ends{0};
+  if (state.iteration > 0) ends.push_back(state.iteration);
+  JobPlan plan = plan_stretches(work, inputs, output, ends);
+  plan.items.back().run = [work, state = std::move(state), run = plan.items.back().run](const fs::path& folder,
+                                                                                        const RunControl& control) {
+    work->simulation = std::make_unique<Simulation>(work->file.scene, work->options, control.part(0.0, 0.1));
+    work->simulation->restore(state.snapshot);
+    run(folder, control);
+  };
   return plan;
 }
 

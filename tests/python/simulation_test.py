@@ -131,6 +131,32 @@ class Simulation(PythonCase):
         scene["behavior"]["slider"] = 7
         self.assertIn("/behavior/slider", self.line_of(patinate.InputError, lambda: patinate.Simulation(scene, folder=self.work)))
 
+    def test_what_was_only_stepped_is_saved_as_the_command_makes_it(self):
+        simulation = patinate.Simulation(self.work / "scene.json")
+        simulation.step(count=12)
+        simulation.save(self.work / "saved")
+        self.run_patinate("simulate", "scene.json", "--iterations", "12", "--history-every", "12", "-o", "commanded")
+        self.same_files("saved", "commanded")
+        self.assertEqual(simulation.iteration, 12)
+
+    def test_what_was_done_by_hand_is_saved_and_goes_on(self):
+        scene = self.json_of("scene.json")
+        plate = patinate.read_mesh(self.work / "plate.obj")
+        simulation = patinate.Simulation(scene | {"objects": [scene["objects"][0] | {"mesh": "a plate"}]}, meshes={"a plate": plate})
+        simulation.step(count=3)
+        simulation.set_amounts("patina", np.where(simulation.coverage(), 0.7, 0).astype(np.float32))
+        color = simulation.compose()["color"]
+        simulation.save(self.work / "by_hand")
+        kept = patinate.read_history(self.work / "by_hand/history")
+        self.assertEqual(len(kept), 2)
+        np.testing.assert_array_equal(kept.frame(-1), half(color))
+        self.assertIn("force=True", self.line_of(patinate.CannotComplete, lambda: (simulation.step(), simulation.save(self.work / "by_hand"))))
+        simulation.save(self.work / "by_hand", force=True)
+        self.run_patinate("simulate", "recompose", "by_hand", "--set", "patina.strength=0.9", "-o", "stronger")
+        self.assertEqual(patinate.render(self.work / "by_hand", time=kept.times[-1], width=32, height=32, samples=1).shape, (32, 32, 3))
+        patinate.Simulation(scene, folder=self.work).save(self.work / "at_once")
+        self.assertEqual(len(patinate.read_history(self.work / "at_once/history")), 1)
+
 
 if __name__ == "__main__":
     main()

@@ -210,11 +210,11 @@ void describe(OptionVisitor& v, CrackleOptions& o) {
   v.visit({"yellowing", "Share of blue that the paint loses until the end", "", between(0, 1)}, o.yellowing);
   v.visit_choice({"law", "How transmitted light falls with thickness"}, o.law, kLawNames);
   v.visit({"absorption", "Strength of that fall", "1/mm", above(0)}, o.absorption_per_mm);
-  v.visit(
-      {"simultaneity",
-       "How far cracks come at once where paint is thin, and meet at 120 degrees; 0 = they come one by one everywhere",
-       "", between(0, 1)},
-      o.simultaneity);
+  v.visit({"simultaneity",
+           "Degree to which thin paint cracks all at once, with junctions of 120 degrees; 0 = cracks form one by one "
+           "everywhere",
+           "", between(0, 1)},
+          o.simultaneity);
   v.visit({"noise", "Standard deviation of the photographs' codes, 1 = full scale", "", between(0, 0.5)}, o.noise);
   v.visit({"seed", "Every random choice derives from it", "", at_least(0)}, o.seed);
 }

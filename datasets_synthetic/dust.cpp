@@ -53,13 +53,15 @@ void describe(OptionVisitor& v, DustOptions& o) {
   v.visit({"num_frames", "Photographs over time", "", between(2, 10000)}, o.num_frames);
   v.visit({"interval", "Time between photographs", "d", above(0)}, o.interval_d);
   v.visit({"object_height", "Height of the urn", "mm", above(0)}, o.height_mm);
-  v.visit_choice({"follows", "What dust follows: what looks up, or how much of the sky a place sees"}, o.follows,
-                 kDustFollowsNames);
+  v.visit_choice(
+      {"follows", "Dust settles where the surface faces up (facing), or where it sees much of the sky (exposure)"},
+      o.follows, kDustFollowsNames);
   v.visit({"rate", "Grains that come to lie over each point of a level place under an open sky", "1/d", above(0)},
           o.rate);
-  v.visit({"steepness", "Exponent of what it follows: how soon dust slides off what is steep", "", between(0.1, 20)},
-          o.steepness);
-  v.visit({"unevenness", "Of glaze and dust; 0 = none", "", between(0, 2)}, o.unevenness);
+  v.visit(
+      {"steepness", "Exponent of facing or exposure: a larger one keeps dust off steep places", "", between(0.1, 20)},
+      o.steepness);
+  v.visit({"unevenness", "Unevenness of glaze and dust; 0 = none", "", between(0, 2)}, o.unevenness);
   v.visit({"shading", "How far one side is lit more than others; 0 = light is even", "", between(0, 1)}, o.shading);
   v.visit({"gloss", "Strength of the lamp's reflection; 1 = glass, 0 = none", "", between(0, 10)}, o.gloss);
   v.visit({"noise", "Standard deviation of the photographs' codes, 1 = full scale", "", between(0, 0.5)}, o.noise);

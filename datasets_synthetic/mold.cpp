@@ -58,7 +58,8 @@ void describe(OptionVisitor& v, MoldOptions& o) {
            "Bare copper is metal, which reflects in its color and has no other light; `highlights` then do nothing"},
           o.metal);
   v.visit({"relief", "How high the patina grows by the end, about", "mm", at_least(0)}, o.relief_mm);
-  v.visit({"exact", "Nothing disturbs: no noise, motion, highlights, shadows, ambient light or drift"}, o.exact);
+  v.visit({"exact", "Turn all disturbances off: no noise, motion, highlights, shadows, ambient light or drift"},
+          o.exact);
   v.visit({"transforms", "The project says how the object was moved, so that nothing has to be registered"},
           o.transforms);
   v.visit({"seed", "Seed of every random choice", "", at_least(0)}, o.seed);

@@ -73,7 +73,7 @@ void describe(OptionVisitor& v, PanelOptions& o) {
           o.crack_density);
   v.visit({"crack_width", "Mean width of cracks", "mm", above(0)}, o.crack_width_mm);
   v.visit({"paint", "L*, a*, b* of the paint before exposure", "", between(-128, 128)}, std::span<double>(o.paint));
-  v.visit({"color_change", "By which L*, a*, b* have changed at the end", "", between(-128, 128)},
+  v.visit({"color_change", "Change of L*, a*, b* until the end", "", between(-128, 128)},
           std::span<double>(o.color_change));
   v.visit({"roughness", "Roughness of the paint's gloss before exposure", "", between(0.05, 1)}, o.roughness);
   v.visit({"roughness_end", "Roughness of the paint's gloss at the end", "", between(0.05, 1)}, o.roughness_end);

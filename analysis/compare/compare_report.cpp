@@ -139,7 +139,7 @@ void describe(DocumentVisitor& v, CompareDocument& d) {
   v.member({"b", "What was compared, side B."}, d.b);
   describe_listed_figures(v, d.sections);
   describe_undefined_sections(v, d.sections);
-  v.member({"warnings", "What is likely not meant, a sentence each."}, d.warnings);
+  v.member({"warnings", "Probable mistakes, one sentence each."}, d.warnings);
   describe_listed_curves(v, "curves", d.sections);
   describe_provenance(v, d.options, d.command, d.key);
 }
@@ -155,9 +155,9 @@ void write_compare_report(const fs::path& folder, const CompareProvenance& prove
                           std::span<const Section> sections) {
   HtmlPage page(provenance.a.series.name() + " against " + provenance.b.series.name());
   page.paragraph(
-      "How alike two surfaces age: A and B, at equal times or shares of their spans. Where a figure has a number for A "
-      "split in two, that is what equal surfaces would show: "
-      "the squares of a chess board over A, the black against the white ones.");
+      "This page compares how two surfaces, A and B, age, at equal times or equal shares of their spans. \"A split in "
+      "two\" compares two halves of A, the black and the white squares of a chess board: this is the value for equal "
+      "surfaces.");
   add_provenance(page, provenance.a, provenance.b);
   add_warnings(page, provenance.a, provenance.b);
   const std::vector<std::string> warnings =

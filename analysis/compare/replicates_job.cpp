@@ -106,7 +106,7 @@ Replicates opened(ReplicatesTask task) {
   for (const auto& [side, paths] : {std::pair("A", &task.a), std::pair("B", &task.b)}) {
     if (paths->size() < 2)
       throw InvalidInput(std::string(side) + " has " + (paths->empty() ? "no" : "one") +
-                         " replicate: what is chance shows from two on");
+                         " replicate: two or more are needed to measure chance");
   }
   Replicates all{.task = std::move(task), .files = {}, .keys = {}, .times = {}, .sizes = {}};
   for (const std::vector<fs::path>* paths : {&all.task.a, &all.task.b}) {

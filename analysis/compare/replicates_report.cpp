@@ -141,7 +141,7 @@ void describe(DocumentVisitor& v, ReplicatesDocument& d) {
            enough);
   v.member({"verdict"}, d.verdict);
   v.member({"times", "At which all are compared, on the clock of the options."}, d.clock);
-  v.member({"warnings", "What is likely not meant, a sentence each."}, d.warnings);
+  v.member({"warnings", "Probable mistakes, one sentence each."}, d.warnings);
   describe_provenance(v, d.options, d.command, d.key);
 }
 
@@ -182,11 +182,10 @@ void write_replicates_report(const fs::path& folder, const ReplicatesProvenance&
                              const ReplicateComparison& comparison, const Section& look) {
   HtmlPage page(against(comparison.size_a, comparison.size_b) + " replicates");
   page.paragraph(
-      "Do A and B differ by more than the replicates of one side differ among themselves? p is the share of the ways "
-      "to call " +
+      "Do A and B differ by more than the replicates of one side do? p is the share of relabelings (" +
       std::to_string(comparison.size_a) + " of all " + std::to_string(comparison.size_a + comparison.size_b) +
-      " replicates A that set them at least as far apart (" + std::to_string(comparison.num_labelings) + " " +
-      (comparison.is_exact ? "ways, all" : "of them, drawn by chance") + ").");
+      " replicates called A) that separate the sides at least as much (" + std::to_string(comparison.num_labelings) +
+      " relabelings, " + (comparison.is_exact ? "all" : "drawn at random") + ").");
   for (const std::string& sentence : replicate_verdict(comparison)) {
     std::string text = sentence;
     if (text.front() >= 'a' && text.front() <= 'z' && !text.starts_with("p of"))

@@ -22,9 +22,9 @@ void describe(OptionVisitor& v, EvaluationOptions& o) {
           o.num_samples);
   v.visit({"directions", "Directions along which they are compared", "", between(1, 1024)}, o.num_directions);
   v.visit({"times", "Times at which colors are compared", "", between(1, 100)}, o.num_times);
-  v.visit(
-      {"audits", "Texels whose pixel is compared with the best of the whole source; 0 = none", "", between(0, 1000000)},
-      o.num_audits);
+  v.visit({"audits", "Number of texels whose source pixel is compared with the best one in the whole source; 0 = none",
+           "", between(0, 1000000)},
+          o.num_audits);
   v.visit({"source_step", "Source pixels of a texel step; 0 = by the sizes of texel and pixel", "px", between(0, 256)},
           o.source_step);
 }

@@ -165,15 +165,12 @@ void write_report(const fs::path& folder, const EvaluationTask& task, const std:
                   const std::vector<EvaluatedMap>& maps) {
   HtmlPage page("How good is the texture?");
   page.paragraph(
-      "Every texel of a synthesis shows a place of its source; these figures say how well it follows its control, how "
-      "well it hangs together, and how much its statistics are the source's. "
-      "In brackets: the same for the source itself (M4, M5: for two draws from it, which nothing can be better than). "
-      "Less "
-      "is better, except for the two figures M3, the share used (M6), those at seams and at borders of pieces (M7, "
-      "M12), "
-      "where 1 is best, and those of lines (M11), where the source's own are. "
-      "M1 says how far a search went towards the least energy, not how good the texture looks: the least energy is "
-      "smooth and repeats itself.");
+      "Every texel of a result copies a pixel of the source. These figures measure how well the transfer follows its "
+      "control, how well neighboring texels agree, and how similar its statistics are to the source's. In brackets: "
+      "the value for the source itself (M4, M5: for two samples of it, the best possible). Less is better, with these "
+      "exceptions: for M3, M6 (share used), M7 (seams) and M12 (borders of pieces) 1 is best; for M11 (lines) the "
+      "source's value is best. M1 says how close the search came to the least energy, not how good the texture looks: "
+      "the least energy is smooth and repeats.");
   add_table(page, maps);
   for (const EvaluatedMap& map : maps) {
     page.heading(map.name);

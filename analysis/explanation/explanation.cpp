@@ -15,13 +15,12 @@ namespace patinate::analysis {
 void describe(OptionVisitor& v, ExplanationOptions& o) {
   v.visit({"num_samples", "Places on the surface that are looked at", "", between(500, 100000)}, o.num_samples);
   v.visit({"block",
-           "Edge of the blocks of the surface that count as independent; not given: 2.5 times as wide as the reference "
-           "hangs together",
+           "Side of the surface blocks that count as independent; default: 2.5 times the reference's correlation range",
            "mm", above(0)},
           o.block_mm);
-  v.visit({"max_members", "Controls in the mix at most", "", between(1, 8)}, o.max_members);
-  v.visit({"resamples", "Surfaces of drawn blocks that give the intervals", "", between(50, 10000)}, o.resamples);
-  v.visit({"shuffles", "Surfaces of shuffled blocks that give the p values", "", between(99, 100000)}, o.shuffles);
+  v.visit({"max_members", "Largest number of controls in the mix", "", between(1, 8)}, o.max_members);
+  v.visit({"resamples", "Number of bootstrap resamples for the intervals", "", between(50, 10000)}, o.resamples);
+  v.visit({"shuffles", "Number of block permutations for the p values", "", between(99, 100000)}, o.shuffles);
 }
 
 void check_shuffles(const ExplanationOptions& options, std::size_t num_candidates) {

@@ -83,10 +83,10 @@ std::vector<std::string> notes_of(const ExplanationReport& report) {
   std::vector<std::string> notes = report.task.reference.notes;
   const Explanation& found = report.found;
   if (found.is_coarse)
-    notes.push_back("the reference hangs together over " + short_number_text(rounded(found.range_mm, 3)) +
-                    " mm, and blocks of " + short_number_text(rounded(found.block_mm, 3)) +
-                    " mm are narrower than 2.5 times that: intervals are too narrow, p values are widened to make up "
-                    "for it");
+    notes.push_back(
+        "the reference has a correlation range of " + short_number_text(rounded(found.range_mm, 3)) +
+        " mm, and blocks of " + short_number_text(rounded(found.block_mm, 3)) +
+        " mm are less than 2.5 times as wide: intervals are too narrow; p values were widened to compensate");
   return notes;
 }
 
@@ -173,16 +173,15 @@ void add_candidates(HtmlPage& page, const ExplanationReport& report) {
       "the two have nothing to do with each other. The squared correlation is about the share of the order that the "
       "control explains. In expressions `!` stands for 1 - control. " +
       std::to_string(report.input.reference.size()) + " places, each for as much of the surface.");
-  page.paragraph("Intervals: 95 %, from " + std::to_string(report.task.options.resamples) + " surfaces made of " +
-                 std::to_string(found.num_blocks) + " blocks of " + edge +
-                 ", drawn with replacement: neighboring texels are alike and do not count one by one. Shuffled: the "
-                 "same correlation for " +
-                 std::to_string(report.task.options.shuffles) +
-                 " references whose blocks have changed places. p: the share of them with as strong a correlation; "
-                 "corrected for " +
-                 std::to_string(rows.size()) + " controls [Holm]. More than chance: corrected p up to " +
-                 number_text(kExplains) + ". The reference's values hang together over " +
-                 short_number_text(rounded(found.range_mm, 3)) + " mm.");
+  page.paragraph(
+      "Intervals: 95 %, from " + std::to_string(report.task.options.resamples) + " surfaces made of " +
+      std::to_string(found.num_blocks) + " blocks of " + edge +
+      ", drawn with replacement, because neighboring texels are correlated. Shuffled: the same correlation for " +
+      std::to_string(report.task.options.shuffles) +
+      " references with permuted blocks. p: the share of these with an equal or stronger correlation, "
+      "corrected for " +
+      std::to_string(rows.size()) + " controls [Holm]. More than chance: corrected p up to " + number_text(kExplains) +
+      ". The reference's values hang together over " + short_number_text(rounded(found.range_mm, 3)) + " mm.");
   if (!even.empty()) page.paragraph("The same everywhere on this surface, so that they explain nothing: " + even + ".");
   for (const MadeControl& s : report.skipped) page.paragraph("Skipped: " + s.name + ": " + s.problem + ".");
 }
@@ -244,7 +243,7 @@ std::string verdict_text(const Explanation& found) {
            ", p = " + p_text(strongest.figures.corrected_p) + ".";
   } else {
     const bool is_strongest = best == found.candidates.begin();
-    text = (is_strongest ? "It follows " : "Of controls that are told from chance, it follows ") + best->name +
+    text = (is_strongest ? "It follows " : "Of the controls that exceed chance, it follows ") + best->name +
            " best: aged places are where " + best->name + " is " + (best->figures.correlation < 0.0 ? "low" : "high") +
            ", correlation " + correlation_text(best->figures) + ", p = " + p_text(best->figures.corrected_p) + ".";
   }

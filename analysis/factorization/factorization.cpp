@@ -45,9 +45,10 @@ void describe(OptionVisitor& v, FactorizationOptions& o) {
                  kFactorClockNames);
   v.visit({"num_intervals", "Pieces of the curve's spline; more follow faster changes", "", between(2, 400)},
           o.num_intervals);
-  v.visit({"max_rate", "Places age at most so many times faster or slower than the median one", "", between(1.1, 20)},
-          o.max_rate);
-  v.visit({"least_change", "A place whose color changes by less does not change; linear color", "", above(0)},
+  v.visit(
+      {"max_rate", "Largest factor by which a place ages faster or slower than the median place", "", between(1.1, 20)},
+      o.max_rate);
+  v.visit({"least_change", "Smallest change of linear color; places that change less count as unchanged", "", above(0)},
           o.least_change);
   v.visit({"num_training", "Places that the curve is fitted to", "", between(16, 4096)}, o.num_training);
 }

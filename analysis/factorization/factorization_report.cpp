@@ -224,13 +224,12 @@ Section look_section(const Said& s) {
   strip("history", "The history", seen, true);
   strip("factored", "Curve and maps", seen, false);
   if (!extrapolated.empty())
-    strip(
-        "extrapolated",
-        std::any_of(s.frames.begin(), s.frames.end(), [](const FrameRecord& f) { return f.is_held; })
-            ? "EXTRAPOLATED: seen by nobody; beyond the last frame as it is there, since the curve foretells no better"
-            : "EXTRAPOLATED: seen by nobody; the curve of places that age faster continues for slower ones, and holds "
-              "its end where no place has come so far",
-        extrapolated, false);
+    strip("extrapolated",
+          std::any_of(s.frames.begin(), s.frames.end(), [](const FrameRecord& f) { return f.is_held; })
+              ? "EXTRAPOLATED, not observed: holds the last frame, because the curve does not predict better"
+              : "EXTRAPOLATED, not observed: slower places continue along the curve of faster ones, and hold its end "
+                "where no place has been later",
+          extrapolated, false);
   return section;
 }
 

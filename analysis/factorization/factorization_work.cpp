@@ -73,8 +73,7 @@ FactorizationWork::FactorizationWork(FactorizationTask asked)
   for (int i = 0; i < count; ++i) {
     const HistoryFrame& frame = m.frames[i];
     if (frame.is_extrapolated)
-      throw InvalidInput(frame.file.string() +
-                         ": is extrapolated, nobody saw it; factorize the history that it was made from");
+      throw InvalidInput(frame.file.string() + ": is extrapolated, not observed; factorize the original history");
     frames.push_back({.time = frame.time, .source = i});
   }
   for (const double t : task.times) {

@@ -45,9 +45,9 @@ void describe(OptionVisitor& v, CompareOptions& o) {
   v.visit({"size", "Longer side at which the surfaces are compared; 0 = as they are", "px", between(0, 65536)}, o.size);
   v.visit({"num_times", "Times at which they are compared, at most", "", between(1, 1024)}, o.num_times);
   v.visit_choice({"clock", "Compare at equal times, or at equal shares of each history's span"}, o.clock, kClockNames);
-  v.visit_choice({"places", "Whether equal pixels show equal places; auto: where sizes agree and the pictures show it"},
+  v.visit_choice({"places", "Do equal pixels show equal places? auto: if sizes agree and the pictures prove it"},
                  o.places, kPlacesNames);
-  v.visit({"visible_delta_e", "A change of color from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
+  v.visit({"visible_delta_e", "Smallest visible change of color", "Delta E 1976", above(0)}, o.visible_delta_e);
   v.visit({"num_classes", "Classes of a control", "", between(1, 50)}, o.num_classes);
   v.visit({"num_blocks",
            "Blocks per side, for intervals and for a surface split in two; 0 = by the size of the pattern's features",

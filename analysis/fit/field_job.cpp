@@ -257,12 +257,13 @@ void join_field(FieldWork& work, const fs::path& folder, const std::string& key,
 }  // namespace
 
 void describe(OptionVisitor& v, FieldOptions& o) {
-  v.visit(
-      {"waves", "Cosines of a field along a side: their square is the most numbers that it has", "", between(1, 16)},
-      o.waves);
+  v.visit({"waves", "Cosines along each side of a field; a field has at most the square of this number of parameters",
+           "", between(1, 16)},
+          o.waves);
   v.visit({"levels", "Simulations with one value everywhere, over the range of a number", "", between(3, 65)},
           o.levels);
-  v.visit({"sweeps", "Times that each of several numbers is looked for, the others as they are", "", between(1, 10)},
+  v.visit({"sweeps", "Rounds over several numbers: in each round, every number is searched with the others fixed", "",
+           between(1, 10)},
           o.sweeps);
   v.visit({"places_size", "Longer side at which places are compared, as means over the surface", "px", between(8, 512)},
           o.places_size);
@@ -270,7 +271,9 @@ void describe(OptionVisitor& v, FieldOptions& o) {
                  kFieldPlacesNames);
   v.visit({"num_times", "Times compared, at most", "", between(2, 1024)}, o.num_times);
   v.visit_choice({"clock", "Compare at equal times, or at equal shares of each history's span"}, o.clock, kClockNames);
-  v.visit({"until", "Frames after this time, in the history's unit, are held out and judged", "", Range{}}, o.until);
+  v.visit({"until", "Last time that is fitted, in the history's unit; later frames are held out for evaluation", "",
+           Range{}},
+          o.until);
   v.visit(
       {"size", "Longer side at which distributions of color are compared; 0 = as they are", "px", between(0, 65536)},
       o.size);

@@ -94,8 +94,8 @@ std::string start_text(const std::string& name, std::span<const Section> before,
                     is = figure_text(last->columns.front().values.front());
   if (was != is || was == "-" || was == "0") return "";
   return "At the first compared time the distance is " + is +
-         ", with the starting values and with the best alike: so far off is the surface that the scene begins with, "
-         "which the numbers that were varied do not change.";
+         ", with the starting and with the best values. This is the error of the scene's initial surface, which the "
+         "varied parameters do not change.";
 }
 
 std::string misfit_chart(const std::string& name, std::span<const Section> before, std::span<const Section> after) {
@@ -130,11 +130,11 @@ std::string scan_chart(const FitTask& task, const FitOutcome& o, std::size_t i) 
     }
     return line;
   };
-  chart.series = {line_of("others as at the best", o.scans[i])};
+  chart.series = {line_of("others fixed at their best values", o.scans[i])};
   if (!o.profiles[i].empty()) chart.series.push_back(line_of("others moved with it", o.profiles[i]));
   chart.y_range = rises_that_matter(o, chart);
   if (chart.y_range) keep_shown(chart, o.best.values[i]);
-  ChartSeries limit{.name = "told from the best above", .is_dashed = true};
+  ChartSeries limit{.name = "distinguishable above this line", .is_dashed = true};
   double low = o.best.values[i], high = low;
   for (const ChartSeries& s : chart.series) low = std::min(low, s.x.front()), high = std::max(high, s.x.back());
   for (const double value : {low, high}) {

@@ -183,8 +183,9 @@ void describe(OptionVisitor& v, FitOptions& o) {
   v.visit({"evaluations", "Budget of the search; 0 = 100 for each parameter that is searched, at least 200", "",
            between(0, 1e6)},
           o.evaluations);
-  v.visit({"appearance_evaluations", "Appearances tried for each aging at most, where some parameters need no aging",
-           "", between(1, 1e5)},
+  v.visit({"appearance_evaluations",
+           "Largest number of appearances tried for each simulation, if some parameters change only the appearance", "",
+           between(1, 1e5)},
           o.appearance_evaluations);
   v.visit({"repeats", "Seeds over which the objective is averaged", "", between(1, 100)}, o.repeats);
   v.visit({"population", "Candidates a generation, >= 4; 0 = by the number of parameters", "", between(0, 1000)},
@@ -195,19 +196,18 @@ void describe(OptionVisitor& v, FitOptions& o) {
            {.low = 0, .high = 1, .is_low_open = true}},
           o.step);
   v.visit({"tolerance",
-           "At an end when the candidates' spread is below this share of every range",
+           "Stop when the candidates' spread is below this share of every range",
            "",
            {.low = 0, .high = 1, .is_low_open = true}},
           o.tolerance);
-  v.visit(
-      {"starts", "Valleys that the search follows at most; 1 = from the scene's own values alone", "", between(1, 100)},
-      o.starts);
-  v.visit({"scan", "Evaluations a parameter for what the data determine", "",
+  v.visit({"starts", "Largest number of local minima that the search follows; 1 = only from the scene's own values", "",
+           between(1, 100)},
+          o.starts);
+  v.visit({"scan", "Evaluations for each parameter, to find which values the data determine", "",
            between(0, static_cast<double>(kMostScanPlaces))},
           o.scan);
-  v.visit(
-      {"seeds", "Other seeds of the best that take the capture's place: what chance alone makes", "", between(0, 100)},
-      o.seeds);
+  v.visit({"seeds", "Further simulations of the best values with other seeds, to measure chance", "", between(0, 100)},
+          o.seeds);
 }
 
 FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_t num_appearance) {

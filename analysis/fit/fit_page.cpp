@@ -142,13 +142,13 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   page.paragraph("The objective fell from " + figure_text(o.initial.result.objective) + " to " +
                  figure_text(o.best.result.objective) + " in " + tried +
                  (o.is_converged ? "; the search converged." : ".") +
-                 (o.lately_gained ? " Its last generations brought it down by " + figure_text(*o.lately_gained) +
-                                        "; a rise of " + figure_text(o.threshold) + " cannot be told from chance."
+                 (o.lately_gained ? " Its last generations lowered it by " + figure_text(*o.lately_gained) +
+                                        "; a rise of " + figure_text(o.threshold) + " is within chance."
                                   : ""));
   if (!o.is_converged)
     page.paragraph(
-        "Not converged: the budget ended the search, so better values may lie elsewhere, and intervals are those of "
-        "what was tried. A larger --evaluations resumes from here.");
+        "Not converged: the budget ended the search, so better values may exist, and intervals cover only the values "
+        "that were tried. A larger --evaluations continues the search.");
   if (is_beaten(o))
     page.paragraph(
         "Not at its end: along one of the parameters there is a better value. A larger --evaluations resumes from "
@@ -167,18 +167,17 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   });
   if (is_examined)
     page.paragraph(
-        "An interval holds the values that the figures cannot tell from the best: the objective rises by no more "
-        "than " +
-        figure_text(o.threshold) + ", " +
-        (o.chances.empty() ? "a hundredth of the best."
-                           : "as chance has it when the simulation with another seed takes the capture's place: all "
-                             "intervals together "
-                             "are to hold the truth in nine of ten cases.") +
-        " It holds within this model: a wrong model can be determined as well as a right one.");
+        "An interval contains the values that the figures cannot distinguish from the best: the objective rises by no "
+        "more than " +
+        figure_text(o.threshold) + ". " +
+        (o.chances.empty() ? "The limit is a hundredth of the best."
+                           : "The limit is the variation by chance, measured by simulations with other seeds in place "
+                             "of the capture: all intervals together contain the true values in nine of ten cases.") +
+        " This assumes that the model is right; a wrong model can be determined equally well.");
   for (const std::string& text : at_range_ends(task, o)) page.paragraph(text);
   for (const std::string& text : correlated_pairs(task, o)) page.paragraph(text);
   if (!o.no_valley.empty() && task.parameters.size() > 1)
-    page.paragraph("Whether parameters make up for each other is not known: " + o.no_valley + ".");
+    page.paragraph("It is not known whether parameters compensate for each other: " + o.no_valley + ".");
 }
 
 /// Where in the scene file the numbers stand that the page calls by words.
@@ -272,8 +271,8 @@ void write_fit_page(const std::filesystem::path& folder, const std::string& titl
   if (!scans.empty()) {
     page.heading("Along each parameter");
     page.paragraph(
-        "Values at which the curve lies below the dashed line cannot be told from the best. Where it leaves the "
-        "picture, the objective has risen by more than five times as much; what lies beyond is left out.");
+        "Values where the curve is below the dashed line cannot be distinguished from the best. Where it leaves the "
+        "picture, the objective has risen by more than five times as much; the rest is not shown.");
   }
   for (const std::size_t i : scans) {
     std::string name = task.parameters[i].range.name.substr(1);  // A JSON pointer.

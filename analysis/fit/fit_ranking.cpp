@@ -194,8 +194,8 @@ std::vector<std::string> ranking_verdict(const Ranking& ranking, std::span<const
     const bool is_told = by.has_interval() && *by.low > 0.0;
     text.push_back(m.name + " is farther by " + figure_text(by.value) + interval_text(by) +
                    (is_told             ? ""
-                    : by.has_interval() ? ": the two cannot be told apart"
-                                        : ": one seed says nothing of chance; `fit --seeds 8` tries eight"));
+                    : by.has_interval() ? ": the two cannot be distinguished"
+                                        : ": one seed cannot measure chance; use `fit --seeds 8`"));
   }
   std::string unfinished;
   for (const RankedFit& f : fits) {

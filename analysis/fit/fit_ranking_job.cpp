@@ -143,27 +143,29 @@ void add_numbers(HtmlPage& page, const Ranked& all) {
 
 void write_page(const fs::path& folder, const Ranked& all) {
   const Ranking& r = all.ranking;
-  HtmlPage page("Which model foretells best?");
+  HtmlPage page("Which model predicts best?");
   page.paragraph(
-      "Each model was fitted to frames up to a time, and is judged by those after it, which no search saw. Smaller is "
-      "nearer" +
+      "Each model was fitted to the frames up to a time, and is evaluated on the held-out frames after it. Smaller is "
+      "better" +
       (r.unit.empty() ? std::string() : "; the unit is " + r.unit) + ".");
   for (const std::string& sentence : ranking_verdict(r, all.fits)) page.paragraph(as_sentence(sentence, r));
   std::vector<std::vector<std::string>> rows;
   for (const RankedModel& m : r.models)
     rows.push_back({m.name, std::to_string(num_numbers(all.fits, m)), figure_text(seen(all.fits, m)), cell(m.held_out),
                     cell(m.behind), cell(m.beyond_last), is_converged(all, m) ? "yes" : "no"});
-  if (r.last_frame) rows.push_back({"last frame, held", "0", "-", figure_text(*r.last_frame), "-", "-", "-"});
+  if (r.last_frame) rows.push_back({"holding the last frame", "0", "-", figure_text(*r.last_frame), "-", "-", "-"});
   page.heading("Models");
   const std::string first = r.models.front().name;
-  page.table({"model", "parameters", "seen", "held out", "more than " + first, "more than the last frame", "converged"},
-             rows);
+  page.table(
+      {"model", "parameters", "fitted", "held out", "more than " + first, "more than the last frame", "converged"},
+      rows);
   page.paragraph(
-      "Parameters: those that were varied. Seen: the objective of the frames that the search saw. Held out: of those "
-      "after, mean over other seeds and over the cases, with a 95 % interval of that mean. More than " +
-      first + ", and than the last frame seen, held: differences; those to " + first +
-      " hold together in 95 %. Intervals cover the seeds of the simulation, not other surfaces or other searches than "
-      "these: one without a width means that seeds change nothing, not that the figure is certain.");
+      "Parameters: number of varied parameters. Fitted: objective of the fitted frames. Held out: objective of the "
+      "later frames, mean over other seeds and over the cases, with a 95 % interval of that mean. The last two columns "
+      "are differences from " +
+      first + ", and from holding the last fitted frame; all intervals to " + first +
+      " hold together with 95 %. Intervals cover the simulation's seeds, not other surfaces or searches: an interval "
+      "without width means that seeds change nothing, not that the figure is certain.");
   add_numbers(page, all);
   add_pictures(page, all);
   std::vector<std::string> header{"model"};

@@ -24,11 +24,10 @@ void add_held_out(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   if (!o.held_out) return;
   const HeldOut& h = *o.held_out;
   const std::string until = until_text(*task.objective.until, h.time_unit);
-  page.heading("Frames that the search did not see");
-  page.paragraph("Only frames up to " + until + " were fitted. The objective at the compared times after it (" +
-                 std::to_string(h.num_times) +
-                 " in all) says how well the model foretells; one that is no better than the last frame seen, held, "
-                 "foretells nothing.");
+  page.heading("Held-out frames");
+  page.paragraph("Only frames up to " + until + " were fitted. The objective at the " + std::to_string(h.num_times) +
+                 " compared times after it measures how well the model predicts. A model that is no better than "
+                 "holding the last fitted frame predicts nothing.");
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
   for (const std::optional<double>& v : h.other_seeds) {
     if (v) least = std::min(least, *v), most = std::max(most, *v);

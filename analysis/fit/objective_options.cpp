@@ -58,11 +58,13 @@ void describe(OptionVisitor& v, ObjectiveOptions& o) {
   v.visit({"size", "Longer side at which the surfaces are compared; 0 = as they are", "px", between(0, 65536)}, o.size);
   v.visit({"num_times", "Times at which they are compared, at most", "", between(2, 1024)}, o.num_times);
   v.visit_choice({"clock", "Compare at equal times, or at equal shares of each history's span"}, o.clock, kClockNames);
-  v.visit({"until", "Frames after this time, in the history's unit, are held out and judged", "", Range{}}, o.until);
-  v.visit({"visible_delta_e", "A change of color from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
+  v.visit({"until", "Last time that is fitted, in the history's unit; later frames are held out for evaluation", "",
+           Range{}},
+          o.until);
+  v.visit({"visible_delta_e", "Smallest visible change of color", "Delta E 1976", above(0)}, o.visible_delta_e);
   v.visit({"num_classes", "Classes of a control", "", between(1, 50)}, o.num_classes);
   v.visit(
-      {"samples", "Places of a time whose colors color_distribution compares, at most; 0 = all", "", between(0, 65536)},
+      {"samples", "Largest number of places per time that color_distribution compares; 0 = all", "", between(0, 65536)},
       o.samples);
 }
 

@@ -6,8 +6,8 @@ namespace patinate::app {
 
 void describe(OptionVisitor& v, ControlStoreOptions& o) {
   v.visit({"cache",
-           "Control maps that took long are kept in the user's cache folder (~/.cache/patinate/controls) for the next "
-           "command"},
+           "Keep control maps that took long to compute in the user's cache folder (~/.cache/patinate/controls) for "
+           "later commands"},
           o.cache);
 }
 

@@ -23,12 +23,10 @@ std::optional<StatedValue> constant(const std::optional<double>& value) {
 }  // namespace
 
 void describe(OptionVisitor& v, PlainAppearance& o) {
-  v.visit({"metalness", "Everywhere and always: 0 = no metal, 1 = metal", "", between(0, 1)}, o.metalness);
-  v.visit({"roughness", "Of the mirror, everywhere and always: 0 = polished, 1 = dull", "", between(0, 1)},
-          o.roughness);
-  v.visit(
-      {"specular", "What is no metal reflects so much at normal incidence, everywhere and always", "", between(0, 1)},
-      o.specular);
+  v.visit({"metalness", "For all places and times: 0 = no metal, 1 = metal", "", between(0, 1)}, o.metalness);
+  v.visit({"roughness", "Roughness for all places and times: 0 = polished, 1 = matte", "", between(0, 1)}, o.roughness);
+  v.visit({"specular", "Reflectance of nonmetals at normal incidence, for all places and times", "", between(0, 1)},
+          o.specular);
 }
 
 Appearance appearance_of(const fs::path& file, const PlainAppearance& plain) {

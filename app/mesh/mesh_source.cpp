@@ -54,7 +54,7 @@ void describe(OptionVisitor& v, AtlasOptions& o) {
   v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", resolution_range()},
           o.resolution);
   v.visit_choice(
-      {"atlas", "auto: the mesh's UVs when every place has a texel of its own, else unwrapped; uv or unwrap: always"},
+      {"atlas", "auto: use the mesh's UVs if each place has its own texel, else unwrap; uv, unwrap: always do so"},
       o.method, kAtlasMethodNames);
 }
 

@@ -225,7 +225,7 @@ OutputWork aging_mesh_pictures(const SharedTask& task) {
     throw UsageError("--views, --turntable: show one time; give it with --time");
   auto maps = task->shown.maps == ShownMaps::All ? mesh->maps : nullptr;
   if (maps && *std::min_element(times.begin(), times.end()) < mesh->maps_from) {
-    notes.push_back("relief, gloss and water are known of the end only; pictures of other times show color");
+    notes.push_back("relief, gloss and water are known only at the end; pictures of other times show color");
     maps = nullptr;
   }
   ContentHash hash = begin_key(*task, is_series(task->output) ? std::vector<double>{} : times);
@@ -321,15 +321,14 @@ OutputWork mesh_work(const SharedTask& task) {
 }  // namespace
 
 void describe(OptionVisitor& v, TurnOptions& o) {
-  v.visit({"turn", "Movies: the camera turns so far around the object, to its left; 360 closes the round", "deg",
+  v.visit({"turn", "Movies: angle by which the camera orbits the object, to its left; 360 is a full turn", "deg",
            between(-36000, 36000)},
           o.turn_deg);
 }
 
 void describe(OptionVisitor& v, ShownOptions& o) {
-  v.visit_choice({"maps", "What is shown of a surface: all that is known of it, or its color under one coat"}, o.maps,
-                 kShownMapsNames);
-  v.visit({"film", "Simulations: amount of water that wets a place through", "", above(0)}, o.film);
+  v.visit_choice({"maps", "Maps to show: all of them, or only color under one coat"}, o.maps, kShownMapsNames);
+  v.visit({"film", "Simulations: amount of water at which a place is fully wet", "", above(0)}, o.film);
 }
 
 void check_task(const RenderTask& task) {

@@ -26,7 +26,7 @@ constexpr std::array kFiles{
     SurfaceFiles::Named{"normal-map", "Normals of a mesh in tangent space, as in glTF", &SurfaceFiles::normal},
     SurfaceFiles::Named{"roughness-map", "Roughness, [0, 1]", &SurfaceFiles::roughness},
     SurfaceFiles::Named{"metalness-map", "Metalness, [0, 1]", &SurfaceFiles::metalness},
-    SurfaceFiles::Named{"specular-map", "Reflectance at normal incidence of what is no metal, linear",
+    SurfaceFiles::Named{"specular-map", "Reflectance at normal incidence of nonmetals, linear",
                         &SurfaceFiles::specular},
     SurfaceFiles::Named{"height-map", "Relief in mm", &SurfaceFiles::height},
     SurfaceFiles::Named{"wetness-map", "Wetness, [0, 1]", &SurfaceFiles::wetness}};

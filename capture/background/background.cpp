@@ -122,8 +122,8 @@ std::vector<std::int64_t> near_middle(const ImageF& codes, const std::vector<std
 
 void describe(OptionVisitor& v, BackgroundOptions& o) {
   v.visit({"mask_background",
-           "Take the background off the mask: `plain` (one color around the object), `#rrggbb` (that color anywhere), "
-           "`unchanging` (what no photograph shows changed), `off`"},
+           "Mask the background: `plain` (one color around the object), `#rrggbb` (that color anywhere), `unchanging` "
+           "(never changes in any photograph), `off`"},
           o.mask_background);
 }
 

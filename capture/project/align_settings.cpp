@@ -20,10 +20,12 @@ void describe(OptionVisitor& v, AlignOptions& o) {
                   "Lay photographs of any size, turn, scale and crop over the reference one; `project`: as `align` of "
                   "capture.json says, else off"},
                  o.method, kMethodOptions);
-  v.visit_choice({"align_model", "View between them; auto: a similarity where the matches do not refute it"}, o.model,
-                 kModelOptions);
+  v.visit_choice(
+      {"align_model", "Transformation between photographs; auto: a similarity, unless the matches contradict it"},
+      o.model, kModelOptions);
   v.visit({"align_to",
-           "PHOTO: file name of the reference photograph, whose frame the history has; else the one in the middle"},
+           "PHOTO: file name of the reference photograph, whose frame the history uses; default: the middle one of the "
+           "series"},
           o.to);
 }
 

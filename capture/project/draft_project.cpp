@@ -352,7 +352,7 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
   } else {
     text.member("frames", Json{{"pattern", pattern}, {"interval", 1}},
                 "`interval` is the time from one image to the next, in `time_unit`");
-    draft.to_check.push_back("`interval`: nothing says when the images were taken, so 1 stands in its place");
+    draft.to_check.push_back("`interval`: the images have no times, so the draft has 1");
   }
   if (!frames.excluded.empty()) text.member("exclude", frames.excluded);
   if (sets.size() > 1) {

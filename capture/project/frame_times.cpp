@@ -344,7 +344,7 @@ std::vector<HistoryWarning> check_stated_times(const std::vector<DatedPhoto>& ph
          .text = "stated times disagree with " + source.name + ": " + file_name(photos[last]) + " is " +
                  later_text(us_of(times[last]) - us_of(times[before])) + " " + file_name(photos[before]) +
                  " as stated, " + later_text(*moments[last] - *moments[before]) + " it by " + source.name +
-                 "; what is stated is taken",
+                 "; the stated times are used",
          .cure = "leave `interval` or the list's times out if they are wrong, or name the files in order",
          .share = 1.0,
          .photos = names_of(agreement.outsiders, photos)});

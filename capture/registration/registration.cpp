@@ -24,11 +24,13 @@ void describe(OptionVisitor& v, RegistrationOptions& o) {
            "",
            {.low = 0, .high = 1, .is_low_open = true}},
           o.min_overlap);
-  v.visit({"max_in_front", "Share of what both scans see that may lie in the other scanner's line of sight", "",
+  v.visit({"max_in_front",
+           "Largest share of the surface seen by both scans that may block the other scanner's line of sight", "",
            between(0, 1)},
           o.max_in_front);
   v.visit({"max_iterations", "Of the last, full stage", "", between(1, 10000)}, o.max_iterations);
-  v.visit({"max_surfels", "A scan is thinned to about so many pieces", "", between(100, 1e7)}, o.max_surfels);
+  v.visit({"max_surfels", "Approximate number of surface elements that a scan is reduced to", "", between(100, 1e7)},
+          o.max_surfels);
 }
 
 std::string_view name_of(RegistrationStatus status) {

@@ -327,14 +327,14 @@ void describe(OptionVisitor& v, ReliefOptions& o) {
           o.window_mm);
   v.visit({"texel_mm", "Side of a pixel of the maps; 0: the spacing of the reference scan's points", "mm", at_least(0)},
           o.texel_mm);
-  v.visit({"reach_mm", "How far along the normal a surface is looked for; 0: two windows", "mm", at_least(0)},
-          o.reach_mm);
-  v.visit({"toward", "The side that is seen, as a direction in the reference scan's frame; 0,0,0: by the scan"},
-          std::span<double>(o.toward));
-  v.visit({"keep_poses", "The scans' places are exact, as of a mount: none is moved to where most of it stays"},
-          o.keep_poses);
+  v.visit({"reach_mm", "Search distance along the normal; 0: two windows", "mm", at_least(0)}, o.reach_mm);
+  v.visit(
+      {"toward",
+       "Direction of view, in the reference scan's frame; 0,0,0: perpendicular to the plane that fits the scan best"},
+      std::span<double>(o.toward));
+  v.visit({"keep_poses", "The scans' poses are exact, for example from a mount: move none of them"}, o.keep_poses);
   v.visit({"false_share",
-           "At most so many of the places that are called changed are not, on the mean",
+           "Largest expected share of false positives among the places reported as changed",
            "",
            {.low = 0.0, .high = 0.5, .is_low_open = true}},
           o.false_share);

@@ -274,19 +274,18 @@ void describe(OptionVisitor& v, RelitOptions& o) {
        "Leave steps that cannot be registered, and photographs that --align cannot align with the others, out of the "
        "history instead of stopping"},
       o.accept_failed);
-  v.visit_choice({"method",
-                  "How a step's scan is brought onto the reference's; pcl-... are PCL's own, for comparison "
-                  "(relit captures)"},
-                 o.registration.method, kRegistrationMethodNames);
-  v.visit(
-      {"heights",
-       "Frames have a height, too: how much higher a step's scan stands than the reference's, as relief measures it "
-       "(relit captures with scans)"},
-      o.heights);
-  v.visit_choice({"poses",
-                  "joint: the scans of all steps find their places together; each: every one on the reference's "
-                  "(relit captures)"},
-                 o.poses, kRelitPosesNames);
+  v.visit_choice(
+      {"method",
+       "Method that registers a step's scan to the reference's; pcl-... are PCL's, for comparison (relit captures)"},
+      o.registration.method, kRegistrationMethodNames);
+  v.visit({"heights",
+           "Add a height to each frame: how much higher its scan stands than the reference's, as in relief (relit "
+           "captures with scans)"},
+          o.heights);
+  v.visit_choice(
+      {"poses",
+       "joint: register the scans of all steps together; each: register each one to the reference (relit captures)"},
+      o.poses, kRelitPosesNames);
   describe(v, o.unlight);
 }
 

@@ -216,8 +216,8 @@ RelitSolution solution_facts(const UnlightResult& result) {
     solution.lights.push_back(light);
   }
   if (result.residual > kLargeResidual) {
-    solution.notes.push_back("what counts of the photographs is " + fixed_percent_text(result.residual, 0) +
-                             " off what shape and lights say: check pose, lights, camera and `response`");
+    solution.notes.push_back("the used samples differ by " + fixed_percent_text(result.residual, 0) +
+                             " from the prediction by shape and lights: check pose, lights, camera and `response`");
   }
   return solution;
 }

@@ -83,10 +83,10 @@ std::vector<double> smooth_curve(const std::vector<double>& curve, int half_widt
 }  // namespace
 
 void describe(OptionVisitor& v, DeflickerOptions& o) {
-  v.visit(
-      {"deflicker_half_width", "Brightness that changes over more frames than so many on either side is the material's",
-       "frames", between(1, 1000)},
-      o.half_width);
+  v.visit({"deflicker_half_width",
+           "Changes of brightness over more frames than this, on either side, count as the material's", "frames",
+           between(1, 1000)},
+          o.half_width);
 }
 
 std::vector<std::array<double, 3>> deflicker_factors(const std::vector<std::array<double, 3>>& log_gains,

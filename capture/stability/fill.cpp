@@ -23,10 +23,10 @@ bool is_white(const FillPlan& plan, std::int64_t pixel, int index) { return inde
 }  // namespace
 
 void describe(OptionVisitor& v, FillOptions& o) {
-  v.visit(
-      {"longest_gap", "Share of the recorded time over which masked pixels are filled from the frames before and after",
-       "", between(0, 1)},
-      o.longest_gap);
+  v.visit({"longest_gap",
+           "Longest gap, as a share of the recorded time, over which masked pixels are filled from neighboring frames",
+           "", between(0, 1)},
+          o.longest_gap);
 }
 
 FillPlan plan_fill(const std::vector<double>& times, const std::function<ImageU8(int)>& read_validity,

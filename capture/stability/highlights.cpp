@@ -261,13 +261,15 @@ cv::Mat lamps_among(const cv::Mat& reach, const cv::Mat& cores, const cv::Mat& c
 
 void describe(OptionVisitor& v, HighlightOptions& o) {
   v.visit({"highlight_width",
-           "Highlights are narrower than this share of the picture's shorter side; wider is white material", "",
+           "Largest width of a highlight, as a share of the picture's shorter side; wider areas are white material", "",
            Range{.low = 0.0, .high = 1.0, .is_low_open = true}},
           o.width_share);
-  v.visit({"highlight_extent", "A highlight reaches as far as it keeps so much of its height above the ground", "",
+  v.visit({"highlight_extent",
+           "A highlight extends until its height above the background falls below this share of its core's", "",
            between(0, 1)},
           o.extent);
-  v.visit({"highlight_core", "A highlight's core is so many times as bright as the ground", "", above(1)}, o.core_rise);
+  v.visit({"highlight_core", "Smallest ratio of a highlight's core to the background's brightness", "", above(1)},
+          o.core_rise);
 }
 
 ImageU8 find_saturated(const ImageF& photo, float level, const HighlightOptions& options) {

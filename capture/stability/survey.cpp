@@ -147,12 +147,14 @@ void judge_moved_jump(const std::vector<FramePair>& pairs, const std::vector<boo
 }  // namespace
 
 void describe(OptionVisitor& v, SurveyOptions& o) {
-  v.visit({"shift_threshold", "From where on a photograph counts as moved against the one before", "px", above(0)},
+  v.visit({"shift_threshold", "Shift relative to the previous photograph above which a photograph counts as moved",
+           "px", above(0)},
           o.shift_threshold_px);
-  v.visit({"exposure_threshold",
-           "Relative change of a channel from where on a photograph counts as exposed differently", "", above(0)},
+  v.visit({"exposure_threshold", "Relative change of a channel above which a photograph counts as exposed differently",
+           "", above(0)},
           o.exposure_threshold);
-  v.visit({"jump_factor", "From how many times the neighbors' change on a photograph counts as a jump", "", above(1)},
+  v.visit({"jump_factor", "A photograph counts as a jump if its change is more than this many times its neighbors'", "",
+           above(1)},
           o.jump_factor);
 }
 

@@ -328,7 +328,7 @@ void filter_into(const ImageF& in, const ImageU8& mask, const ModeFilterOptions&
 
 void describe(OptionVisitor& v, ModeFilterOptions& o) {
   v.visit({"spatial_sigma",
-           "Gaussian window of the mode filter; larger than the widest crack; not given: as the layer asks for",
+           "Gaussian window of the mode filter, larger than the widest crack; default: chosen from the layer",
            "px",
            {0.5, 10000}},
           o.spatial_sigma_px);

@@ -277,7 +277,7 @@ void describe(OptionVisitor& v, ThicknessOptions& o) {
                  kCurveNames);
   describe(v, o.mode_filter);
   v.visit({"num_refinements",
-           "How often the mode filter is run again on what differs from its blurred result; 0 keeps edges sharp", "",
+           "Further runs of the mode filter on the difference from its blurred result; 0 keeps edges sharp", "",
            between(0, 10)},
           o.num_refinements);
 }

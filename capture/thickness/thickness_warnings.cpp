@@ -16,12 +16,12 @@ HistoryWarning hole_warning(const LayerEvidence& e, const std::string& photo) {
   const std::string width = short_number_text(std::round(e.hole_width_px));
   HistoryWarning warning{.about = WarningSubject::Control, .text = "", .cure = "", .share = e.hole_share};
   warning.photos = {photo};
-  warning.text = photo + ": the layer is " + (is_gone ? "gone" : "gone or much thinner") + " in " +
-                 fixed_percent_text(e.hole_share) + " of it, in places up to " + width +
-                 " px wide, which are too wide for the window, so that thickness there is that of the holes";
+  warning.text = photo + ": the layer is " + (is_gone ? "missing" : "missing or much thinner") + " in " +
+                 fixed_percent_text(e.hole_share) + " of its area. These places are up to " + width +
+                 " px wide, too wide for the window, so their thickness is that of the holes";
   if (e.filling_sigma_px > 0.0) {
     warning.cure = "--spatial-sigma " + short_number_text(e.filling_sigma_px) +
-                   " fills them from around; exclude what must not be filled with the mask";
+                   " fills them from their surroundings; mask the places that must not be filled";
   } else {
     warning.cure = "exclude these places with the mask; no wider window fills them without changing the rest";
   }
@@ -32,7 +32,7 @@ HistoryWarning weak_warning(const LayerEvidence& e, const std::string& photo, co
   HistoryWarning warning{.about = WarningSubject::Control, .text = "", .cure = "", .share = e.weak_share};
   warning.photos = {photo};
   warning.text = photo + ": the thickness is uncertain in " + fixed_percent_text(e.weak_share) +
-                 " of the layer: there the commonest value covers less than half of its window (" +
+                 " of the layer, where the most frequent value covers less than half of its window (" +
                  fixed_percent_text(e.share) + " in the median)";
   if (e.noise > options.range_sigma) {
     warning.cure = "--range-sigma " + short_number_text(rounded(e.noise, 2)) + ", which is the photograph's noise";
@@ -57,9 +57,9 @@ std::vector<HistoryWarning> thickness_warnings(const LayerEvidence& evidence, co
 
 std::string layer_window_text(const LayerWindow& window) {
   if (!window.is_chosen) return "";
-  return "a window of " + short_number_text(window.sigma_px) +
-         " px is what the layer asks for; it foretells the light of squares of " + std::to_string(window.gap_px) +
-         " px that are left out to " + fixed_percent_text(window.foretold_to) + " (--spatial-sigma sets another)";
+  return "chose a window of " + short_number_text(window.sigma_px) +
+         " px; it predicts the light of held-out squares of " + std::to_string(window.gap_px) +
+         " px with an error of " + fixed_percent_text(window.foretold_to) + " (set another with --spatial-sigma)";
 }
 
 }  // namespace patinate::capture

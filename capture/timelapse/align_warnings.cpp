@@ -95,8 +95,7 @@ std::vector<HistoryWarning> report_alignment(const IngestWork& work, const fs::p
   const Chosen loose = choose(
       photos, "residual_px", [](double v) { return v > kMostResidual_px; }, true);
   const bool is_by_outline = work.project.align.method == AlignMethod::Outline;
-  add(WarningSubject::Motion, loose,
-      {"is aligned with the others only roughly", "are aligned with the others only roughly"},
+  add(WarningSubject::Motion, loose, {"fits the others only roughly", "are aligned with the others only roughly"},
       std::string(is_by_outline ? "its outline disagrees by " : "its details disagree by ") + hundredths(loose.worst) +
           " px of the reference photograph",
       is_by_outline

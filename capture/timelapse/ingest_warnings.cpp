@@ -136,15 +136,13 @@ void add_unlinked(std::vector<HistoryWarning>& warnings, const SurveyReport& sur
     warning.text = std::to_string(count) + " of " + std::to_string(num_frames) +
                    " photographs cannot be aligned with the others (" + photo_list(warning.photos) + ")";
   }
-  warning.text += ", no motion explains how " + std::string(count == 1 ? "it differs" : "they differ") +
-                  lowest_similarity_text(unlinked) +
+  warning.text += "; no shift, rotation or scale explains the difference" + lowest_similarity_text(unlinked) +
                   (!survey.is_stabilized ? ""
                    : count == 1          ? "; it stays as it is"
                                          : "; they stay as they are");
   constexpr double kMost = 0.5;
-  warning.cure = warning.share > kMost
-                     ? "photographs of one view are needed, cropped and turned alike before they are ingested"
-                     : look_and_leave_out(survey, photos, "another view, crop or object");
+  warning.cure = warning.share > kMost ? "use photographs of one view, with equal crop and rotation"
+                                       : look_and_leave_out(survey, photos, "another view, crop or object");
   warnings.push_back(std::move(warning));
 }
 
@@ -155,9 +153,9 @@ void add_order(std::vector<HistoryWarning>& warnings, const SurveyReport& survey
   for (const SurveyPhoto& photo : survey.better_order) names.push_back(photo.name);
   warnings.push_back(
       {.about = WarningSubject::Series,
-       .text = "the photographs fit together better in another order: " + photo_list(names) +
-               " (from one to the next they differ " + short_number_text(std::round(10.0 * survey.detour) / 10.0) +
-               " times as much as there)",
+       .text = "the photographs follow one another better in another order: " + photo_list(names) +
+               " (consecutive differences are now " + short_number_text(std::round(10.0 * survey.detour) / 10.0) +
+               " times as large)",
        .cure = "check names and times; survey.json has the whole order (`better_order`), from the first or from the "
                "last; if the times are right, the light or the camera went to and fro",
        .share = 1.0});
@@ -217,20 +215,21 @@ std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_
     add_unlinked(warnings, survey, num_frames);  // Photographs of an aligned series were compared already.
   add_order(warnings, survey);
   if (!survey.is_stabilized) {
-    add_group(warnings, moved, num_frames, WarningSubject::Motion, "are moved against the ones before",
+    add_group(warnings, moved, num_frames, WarningSubject::Motion, "moved relative to the photographs before them",
               (is_aligned ? "`landmarks`, or another `align`, if the object itself has not moved"
                           : "--stabilize aligns them with each other") +
                   or_leave_out(moved));
   }
   if (!survey.is_deflickered) {
-    add_group(warnings, exposed, num_frames, WarningSubject::Light, "are exposed differently from the ones before",
+    add_group(warnings, exposed, num_frames, WarningSubject::Light,
+              "have another exposure than the photographs before them",
               "--deflicker takes it out" + or_leave_out(exposed));
     if (survey.restless_light) add_restless_light(warnings, *survey.restless_light);
   }
   add_group(warnings, unclear, num_frames, WarningSubject::Light,
-            "are brighter or darker than the ones before, by the light or by the surface itself",
-            "look at them; --deflicker leaves what most of the picture does not share");
-  add_group(warnings, jumping, num_frames, WarningSubject::Series, "do not follow from the ones before",
+            "are brighter or darker than the photographs before them, because of the light or of the surface itself",
+            "check them; --deflicker only corrects changes that most of the picture shares");
+  add_group(warnings, jumping, num_frames, WarningSubject::Series, "differ abruptly from the photographs before them",
             look_and_leave_out(survey, jumping.photos, "something else"));
   return warnings;
 }

@@ -129,9 +129,9 @@ HistoryWarning uneven_warning(const UnevenLight& uneven, bool is_divided) {
       : uneven.evidence == LightEvidence::Clear
           ? "--flat-field estimate divides it out; --flat-field IMAGE, a photograph of a uniform surface, is "
             "surer"
-          : "if it is the light, --flat-field estimate divides it out, and --flat-field IMAGE, a photograph of a "
-            "uniform surface, does so more surely; if it is what a new, polished surface mirrors, --flat-field first "
-            "divides it out as far as it still shows";
+          : "if the light is uneven, use --flat-field estimate, or better --flat-field IMAGE with a photograph of a "
+            "uniform surface; if a new, polished surface mirrors its surroundings, use --flat-field first, which "
+            "removes the reflection as far as it persists";
   // Where half of the light is missing, half of the color is.
   warning.share = 1.0 - 1.0 / uneven.ratio;
   if (uneven.evidence != LightEvidence::Clear) warning.share *= 0.5;
@@ -307,9 +307,9 @@ std::vector<HistoryWarning> light_warnings(const SeriesLight& report, const std:
     const std::vector<std::string>& unsure = report.deflicker->unsure;
     warnings.push_back({.about = WarningSubject::Light,
                         .text = "--deflicker left " + std::to_string(unsure.size()) + " of " +
-                                std::to_string(num_frames) + " photographs as they follow from the ones before (" +
+                                std::to_string(num_frames) + " photographs unchanged relative to the ones before (" +
                                 photo_list(unsure) +
-                                "): no change of light is shared by enough of the picture to be told from aging",
+                                "): too little of the picture shares one change of light to separate it from aging",
                         .cure = "photograph something that does not age beside it, or fix exposure and white balance",
                         .share = 0.5 * static_cast<double>(unsure.size()) / num_frames,
                         .photos = unsure});

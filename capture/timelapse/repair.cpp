@@ -55,18 +55,17 @@ SurveyFinding read_finding(JsonReader& json) {
 
 void describe(OptionVisitor& v, RepairOptions& o) {
   v.visit({"stabilize", "Lay moved photographs over the first one"}, o.stabilize);
-  v.visit({"deflicker", "Take changes of exposure between photographs out; slow brightening and darkening stay"},
+  v.visit({"deflicker", "Remove changes of exposure between photographs; keep slow brightening and darkening"},
           o.deflicker);
   v.visit(
       {"flat_field",
        "Divide by uneven light: IMAGE of a uniform surface under it, `estimate`, or `first` where the first photograph "
        "shows a new, uniform surface"},
       o.flat_field);
-  v.visit_choice({"highlights", "What becomes of saturated pixels and the flash's highlight"}, o.highlights,
+  v.visit_choice({"highlights", "Saturated pixels and the flash's highlight: mask or keep them"}, o.highlights,
                  kHighlightNames);
   v.visit_choice({"static_light",
-                  "Light and reflection of a near lamp that stayed while the surface was replaced: "
-                  "`auto` takes out what is clear"},
+                  "Constant light and reflection of a near lamp: auto removes it where the series shows it clearly"},
                  o.static_light, kStaticLightNames);
   describe(v, o.survey);
   describe(v, o.deflicker_options);

@@ -186,10 +186,10 @@ Json frame_states(const IngestWork& work, const std::vector<std::string>& names,
   const PixelRectangle& roi = work.project.roi;
   if (static_cast<int>(motions.unlinked_frames.size()) == n) {
     throw CannotComplete(work.project.file.string() + ": --stabilize: none of the " + std::to_string(n) +
-                         " photographs can be aligned with another one (the best two agree by " +
+                         " photographs can be aligned with another one (best similarity " +
                          short_number_text(std::max(0.0, std::round(100.0 * best_similarity_of_all) / 100.0)) +
-                         " of 1); photographs of one view are needed, cropped and turned alike; without --stabilize "
-                         "they are taken as they lie");
+                         " of 1); use photographs of one view, with equal crop and rotation; without --stabilize they "
+                         "are used as they are");
   }
   const double least = work.options.repair.survey.shift_threshold_px *
                        std::max(1.0, static_cast<double>(std::max(roi.width, roi.height)) / kPreparedSide);

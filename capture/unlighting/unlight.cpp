@@ -141,10 +141,10 @@ void judge_lights(UnlightResult& result) {
     num_valid += used;
     const std::string name = "light " + std::to_string(k + 1);
     if (used == 0 && of(SampleState::Invalid) > 0) {
-      result.notes.push_back("photograph " + std::to_string(k + 1) + " is saturated wherever " + name +
-                             " shines; it does not count");
+      result.notes.push_back("photograph " + std::to_string(k + 1) + " is saturated everywhere " + name +
+                             " reaches; it is not used");
     } else if (used == 0) {
-      result.notes.push_back(name + " reaches nothing that is seen: it stands behind the surface or in its shadow");
+      result.notes.push_back(name + " reaches no visible surface: it is behind the surface or in its shadow");
     } else if (static_cast<double>(of(SampleState::Darker)) > kMany * static_cast<double>(used)) {
       result.notes.push_back(
           name + ": " + fixed_percent_text(static_cast<double>(of(SampleState::Darker)) / static_cast<double>(used)) +
@@ -185,26 +185,25 @@ void describe(OptionVisitor& v, UnlightOptions& o) {
   v.visit_choice({"normals", "keep those of the scan, or refine them from the photographs"}, o.normals,
                  kNormalModeNames);
   v.visit({"normal_sigma", "expected error of the scan's normals", "deg", {0, 90, true}}, o.normal_sigma_deg);
-  v.visit_choice({"rejection", "none: every valid lit sample counts; robust: without shadows and highlights"},
-                 o.rejection, kRejectionNames);
+  v.visit_choice({"rejection", "none: use every valid lit sample; robust: reject shadows and highlights"}, o.rejection,
+                 kRejectionNames);
   v.visit({"rejection_sigma", "samples farther off than this are shadows or highlights", "standard deviations",
            between(1.5, 20)},
           o.rejection_sigma);
-  v.visit_choice(
-      {"specular",
-       "none; fit: highlights are found and subtracted; auto: where nearly all texels near are better for it; "
-       "material: as many lobes as there are materials, metals among them"},
-      o.specular, kSpecularNames);
-  v.visit({"specular_window", "highlights are alike within such a distance", "px", between(2, 1000)},
+  v.visit_choice({"specular",
+                  "none; fit: find and subtract highlights; auto: only where nearly all nearby texels fit better; "
+                  "material: one lobe for each material, metals included"},
+                 o.specular, kSpecularNames);
+  v.visit({"specular_window", "distance within which highlights are assumed equal", "px", between(2, 1000)},
           o.specular_window_px);
-  v.visit({"strengths", "find the lamps' strengths, of which the given intensities are only a guess"},
-          o.estimate_strengths);
-  v.visit({"ambient", "find the light from everywhere that was not subtracted"}, o.estimate_ambient);
-  v.visit({"interreflection", "take off the light that the surface throws into its own hollows; needs a scan"},
+  v.visit({"strengths", "estimate the lamps' strengths; the given intensities are only a guess"}, o.estimate_strengths);
+  v.visit({"ambient", "estimate the ambient light that was not subtracted"}, o.estimate_ambient);
+  v.visit({"interreflection", "subtract the light that the surface reflects into its own hollows; needs a scan"},
           o.interreflection);
   v.visit({"noise_floor", "noise of a photograph's value that does not depend on it", "", above(0)}, o.noise_floor);
   v.visit({"noise_share", "noise that grows with the value, as a share of it", "", between(0, 1)}, o.noise_share);
-  v.visit({"min_cosine", "light that grazes more does not count", "", {0, 0.99}}, o.min_cosine);
+  v.visit({"min_cosine", "smallest cosine of the angle of incidence; light at a smaller one is ignored", "", {0, 0.99}},
+          o.min_cosine);
   v.visit({"min_lights", "texels with fewer clean samples are not determined", "", between(1, 64)}, o.min_lights);
   v.visit({"shadow_offset", "blockers nearer than this cast no shadow; not given: the median edge of the scan", "mm",
            at_least(0)},
@@ -316,8 +315,8 @@ void tell_materials(UnlightResult& result) {
               short_number_text(rounded(m.strength[0], 2));
       if (m.kind != MaterialKind::Dielectric)
         line += " " + short_number_text(rounded(m.strength[1], 2)) + " " + short_number_text(rounded(m.strength[2], 2));
-      line += "; metal and what has an albedo foretell left-out lamps " + short_number_text(rounded(m.evidence, 2)) +
-              " standard deviations apart";
+      line += "; the predictions of left-out lamps by metal and by a diffuse material differ by " +
+              short_number_text(rounded(m.evidence, 2)) + " standard deviations";
     }
     result.notes.push_back(std::move(line));
   }
@@ -340,13 +339,13 @@ void report_interreflection(UnlightWork& work, UnlightResult& result) {
   const double unseen = result.interreflection->unseen;
   result.interreflection = interreflection_shares(work, result);
   result.interreflection->unseen = unseen;
-  result.notes.push_back("of the light that texels show, " + fixed_percent_text(result.interreflection->median) +
-                         " (median; " + fixed_percent_text(result.interreflection->p95) +
-                         " at the 95th percentile) came from other places of the surface and was taken off");
+  result.notes.push_back("" + fixed_percent_text(result.interreflection->median) + " of the texels' light (median; " +
+                         fixed_percent_text(result.interreflection->p95) +
+                         " at the 95th percentile) came from other places of the surface and was subtracted");
   constexpr double kMuch = 0.25;
   if (unseen > kMuch) {
-    result.notes.push_back(fixed_percent_text(unseen) +
-                           " of what its hollows face is not seen by the camera; it was given the median albedo");
+    result.notes.push_back("the camera does not see " + fixed_percent_text(unseen) +
+                           " of the surface that its hollows face; this part was given the median albedo");
   }
   result.indirect = std::move(work.indirect);
 }
@@ -361,8 +360,8 @@ UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, 
     notes.emplace_back("the lamps' strengths did not settle; the photographs may contradict the lights' positions");
   if (!lamps.is_determined)
     notes.emplace_back(
-        "some of the lamps' strengths (or the ambient light) cannot be told from the photographs: too flat an object, "
-        "or too few lamps");
+        "the photographs do not determine some of the lamps' strengths (or the ambient light): the object is too flat, "
+        "or there are too few lamps");
   work.noise_scale = estimate_noise_scale(work, control.part(0.3, 0.35));
   UnlightResult result = empty_result(work);
   fit_surface(work, result, control.part(0.35, options.interreflection ? 0.4 : 0.5));

@@ -69,8 +69,8 @@ AtlasMesh make_atlas_mesh(Mesh mesh, AtlasMethod method, int resolution, const R
   AtlasMesh atlas = atlas_mesh_of(std::move(mesh), std::move(layout));
   note_tiles(atlas, remark);
   if (!problem.empty()) {
-    atlas.notes.push_back(problem +
-                          "; places that share a texel age alike, and what has none gets no color of its own");
+    atlas.notes.push_back(
+        problem + "; places that share a texel age alike, and places without a texel get no color of their own");
   } else if (overlap > 0.001) {
     atlas.notes.push_back(
         percent_text(overlap) +

@@ -21,9 +21,8 @@ void describe(OptionVisitor& v, AccessibilityOptions& o) {
   v.visit({"scale", "size of the features that accessibility sees; not given: 2 % of the bounding box's diagonal", "mm",
            above(0)},
           o.scale_mm);
-  v.visit({"low_percent", "share of the area that is at most what 0 stands for", "%", between(0, 49)}, o.low_percent);
-  v.visit({"high_percent", "share of the area that is at most what 1 stands for", "%", between(51, 100)},
-          o.high_percent);
+  v.visit({"low_percent", "percentile of the values, by area, that becomes 0", "%", between(0, 49)}, o.low_percent);
+  v.visit({"high_percent", "percentile of the values, by area, that becomes 1", "%", between(51, 100)}, o.high_percent);
 }
 
 double default_accessibility_scale_mm(const Mesh& mesh) { return kDefaultScaleShare * bounding_box(mesh).diagonal(); }

@@ -98,10 +98,10 @@ const Entry kKinds[] = {
     {"accessibility", "concave places by mean curvature: crevices, corners, folds",
      [](const TexelMap& m, const Options& o, const RunControl& c) { return accessibility_map(m, o.accessibility, c); },
      nullptr, [](Options& t, const Options& f) { t.accessibility = f.accessibility; }},
-    {"ray_share", "hemmed-in places: the share of rays that hit the object again within `reach`",
+    {"ray_share", "enclosed places: the share of rays that hit the object again within `reach`",
      [](const TexelMap& m, const Options& o, const RunControl& c) { return ray_share_map(m, o.ray_share, c); }, nullptr,
      [](Options& t, const Options& f) { t.ray_share = f.ray_share; }},
-    {"tangent_sphere", "hemmed-in places: 1 / radius of the largest sphere that touches from outside",
+    {"tangent_sphere", "enclosed places: 1 / radius of the largest sphere that touches from outside",
      [](const TexelMap& m, const Options& o, const RunControl& c) {
        return tangent_sphere_map(m, o.tangent_sphere, c);
      },
@@ -111,7 +111,7 @@ const Entry kKinds[] = {
     {"sun", "where the sun shines, shadows included, at one hour or over an arc of the day",
      [](const TexelMap& m, const Options& o, const RunControl& c) { return sun_map(m, o.up, o.sun, c); }, nullptr,
      [](Options& t, const Options& f) { t.up = f.up, t.sun = f.sun; }},
-    {"facing", "surface that faces `direction`; no shadows",
+    {"facing", "surface that faces `direction`; shadows are ignored",
      [](const TexelMap& m, const Options& o, const RunControl& c) { return facing_map(m, o.facing, c); }, nullptr,
      [](Options& t, const Options& f) { t.facing = f.facing; }},
     {"height", "high places along `up`, in mm",
@@ -120,7 +120,7 @@ const Entry kKinds[] = {
     {"distance", "places far from `from`, in mm along the surface; `!distance` is near it", make_distance,
      &Options::distance_from,
      [](Options& t, const Options& f) { t.distance_from = f.distance_from, t.distance = f.distance; }},
-    {"spray", "much paint from the nozzle that follows `path`", make_spray, &Options::spray_path,
+    {"spray", "places that get much paint from the nozzle that follows `path`", make_spray, &Options::spray_path,
      [](Options& t, const Options& f) { t.spray = f.spray, t.spray_path = f.spray_path; }},
     {"image", "bright places of an image, `file`, mapped onto the atlas by UV", make_image, &Options::image,
      [](Options& t, const Options& f) { t.image = f.image; }},
@@ -153,7 +153,7 @@ void describe(OptionVisitor& v, ControlKindOptions& o) {
   describe(v, o.accessibility);
   describe(v, o.ray_share);
   describe(v, o.tangent_sphere);
-  v.visit({"up", "which way is up for `exposure`, `sun` and `height`", "", {}}, std::span<double>(o.up));
+  v.visit({"up", "direction that is up for `exposure`, `sun` and `height`", "", {}}, std::span<double>(o.up));
   describe(v, o.exposure);
   v.visit({"sky", "equirectangular panorama that gives the light of `exposure`; not given: an even sky"}, o.sky);
   describe(v, o.sun);

@@ -136,7 +136,8 @@ Sources mask_sources(const SmoothSurface& surface, const ImageF& mask) {
 void describe(OptionVisitor& v, DistanceOptions& o) {
   v.visit_choice({"distance_metric", "distance along the surface or straight"}, o.metric, kMetricNames);
   v.visit({"distance_range", "distance that 1 stands for; not given: the greatest", "mm", above(0)}, o.range_mm);
-  v.visit({"crease_angle", "an edge is a crease when its sides' normals differ by more", "deg", between(1, 179)},
+  v.visit({"crease_angle", "smallest angle between the normals of both sides that makes an edge a crease", "deg",
+           between(1, 179)},
           o.crease_deg);
 }
 

@@ -47,16 +47,16 @@ void describe(OptionVisitor& v, SunOptions& o) {
   v.visit({"sun_direction", "from the surface to the sun of `sun` and `exposure`, at noon", "", {}},
           std::span<double>(o.direction));
   v.visit({"sun_radius", "half angle of the sun's disc; 0 gives hard shadows", "deg", between(0, 45)}, o.radius_deg);
-  v.visit({"sun_arc", "the sun's way over the sky, half before and half after noon; 180 is a day, 0 stands still",
-           "deg", between(0, 180)},
+  v.visit({"sun_arc", "the sun's path over the sky, centered on noon; 180 is a day, 0 is a fixed sun", "deg",
+           between(0, 180)},
           o.arc_deg);
 }
 
 void describe(OptionVisitor& v, ExposureOptions& o) {
-  v.visit({"sky_rays", "directions in which `exposure` looks for the sky", "", between(16, 4096)}, o.num_rays);
-  v.visit(
-      {"sun_share", "share of the light of `exposure` that the sun gives; the sky gives the rest", "", between(0, 1)},
-      o.sun_share);
+  v.visit({"sky_rays", "number of rays toward the sky for `exposure`", "", between(16, 4096)}, o.num_rays);
+  v.visit({"sun_share", "share of the light in `exposure` that comes from the sun; the rest comes from the sky", "",
+           between(0, 1)},
+          o.sun_share);
 }
 
 ControlMap exposure_map(const TexelMap& map, const std::array<double, 3>& up_numbers, const ExposureOptions& options,

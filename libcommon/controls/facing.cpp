@@ -7,7 +7,7 @@
 namespace patinate {
 
 void describe(OptionVisitor& v, FacingOptions& o) {
-  v.visit({"direction", "what `facing` faces: from the surface to where light, rain or dust comes from", "", {}},
+  v.visit({"direction", "direction from the surface to the source of light, rain or dust", "", {}},
           std::span<double>(o.direction));
 }
 

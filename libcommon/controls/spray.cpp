@@ -67,8 +67,7 @@ void describe(OptionVisitor& v, SprayOptions& o) {
            Range{.low = 0, .high = 90, .is_low_open = true}},
           o.spread_deg);
   v.visit({"spray_shadows", "shadows of the object in its own spray"}, o.casts_shadows);
-  v.visit({"full_percent", "share of the area that is at most what 1 stands for", "%", between(51, 100)},
-          o.full_percent);
+  v.visit({"full_percent", "percentile of the values, by area, that becomes 1", "%", between(51, 100)}, o.full_percent);
 }
 
 std::vector<SprayStop> default_spray_path(const Mesh& mesh) {

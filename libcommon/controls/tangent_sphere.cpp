@@ -58,10 +58,11 @@ void describe(OptionVisitor& v, TangentSphereOptions& o) {
       {"largest_sphere", "radius at which `tangent_sphere` saturates; not given: half of the bounding box's diagonal",
        "mm", above(0)},
       o.largest_mm);
-  v.visit({"sphere_angle", "what rises less over the tangent plane does not stop the sphere of `tangent_sphere`", "deg",
+  v.visit({"sphere_angle",
+           "points that rise less than this above the tangent plane do not stop the sphere of `tangent_sphere`", "deg",
            between(0.1, 45)},
           o.min_angle_deg);
-  v.visit({"sphere_percent", "share of the area that is at most what 1 stands for in `tangent_sphere`", "%",
+  v.visit({"sphere_percent", "percentile of the values of `tangent_sphere`, by area, that becomes 1", "%",
            between(51, 100)},
           o.full_percent);
 }

@@ -7,10 +7,8 @@ namespace patinate::device {
 
 void describe(OptionVisitor& v, DeviceOptions& o) {
   v.visit({"device",
-           "What calculates: auto (for fast transfer and simulation a GPU that gives the CPU's bytes, else the CPU), "
-           "cpu, gpu, or "
-           "a part of a "
-           "name that `patinate help devices` lists; no result depends on it"},
+           "Device for calculations: auto (a GPU for fast transfers and simulations if it gives the CPU's bytes, else "
+           "the CPU), cpu, gpu, or part of a name from `patinate help devices`; results do not depend on it"},
           o.device);
 }
 

@@ -38,7 +38,7 @@ void require_whole_image(const fs::path& file) {
 void describe(OptionVisitor& v, TrimOptions& o) {
   v.visit({"from", "First time that stays, in the history's unit"}, o.from);
   v.visit({"until", "Last time that stays"}, o.until);
-  v.visit({"every", "Of those frames every n-th stays, the first among them", "", at_least(1)}, o.every);
+  v.visit({"every", "Keep every n-th of these frames, starting with the first", "", at_least(1)}, o.every);
 }
 
 TrimmedHistory trim_history(const HistoryManifest& history, const TrimOptions& options) {

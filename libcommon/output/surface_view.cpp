@@ -211,8 +211,7 @@ class Painter {
 }  // namespace
 
 void describe(OptionVisitor& v, SurfaceOptions& o) {
-  v.visit({"relief", "Factor of heights and of the slopes that normals tell; 0 = smooth", "", between(0, 100)},
-          o.relief);
+  v.visit({"relief", "Factor for heights and for the slopes of normal maps; 0 = flat", "", between(0, 100)}, o.relief);
   v.visit({"plants", "Factor of the number of small plants where much has grown; 0 = none", "", between(0, 100)},
           o.plants);
   v.visit(

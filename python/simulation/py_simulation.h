@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,10 +15,10 @@
 #include <vector>
 
 #include "patinate/core/error.h"
+#include "patinate/core/json.h"
 #include "patinate/simulation/engine.h"
 #include "patinate/simulation/scene_io.h"
 #include "python/support/device_keyword.h"
-#include "python/support/json.h"
 #include "python/support/keywords.h"
 #include "python/surface/py_surface.h"
 
@@ -28,44 +27,7 @@ namespace patinate::python {
 /// A running scene. One call at a time: the interpreter's lock is not held while it works.
 class PySimulation {
  public:
-  PySimulation(const pybind11::object& scene, const pybind11::kwargs& kwargs) {
-    Keywords keywords("Simulation", kwargs);
-    simulation::SimulationOptions options;
-    const pybind11::object maps = keywords.object("parameter_maps"), meshes = keywords.object("meshes");
-    const std::string base = keywords.text("folder", ".");
-    const std::int64_t resolution = keywords.integer("resolution", 0), seed = keywords.integer("seed", -1);
-    device_.emplace(keywords);
-    const RunArguments run = keywords.run();
-    keywords.finish();
-    if (seed < -1)
-      throw InvalidInput("seed: " + std::to_string(seed) + " is out of range; use >= 0, or -1: the scene's");
-    const bool is_dict = pybind11::isinstance<pybind11::dict>(scene);
-    const Json root = is_dict ? json_from(scene, "scene") : Json();
-    const std::filesystem::path file =
-        is_dict ? std::filesystem::path(base) / "scene" : std::filesystem::path(path_from(scene));
-    const auto given = meshes_from(meshes, file.parent_path());
-    std::vector<std::string> names;
-    if (!maps.is_none()) {
-      for (const pybind11::handle name : maps) names.push_back(pybind11::cast<std::string>(name));
-    }
-    const bool is_asked = !maps.is_none();
-    state_ = result_of(run, [=, device = *device_](const RunControl& control) mutable {
-      auto made = std::make_shared<State>();
-      options.device = app::open_simulation_device(device.options(), device.words());
-      simulation::SceneAssets assets;
-      assets.given_meshes = given;
-      made->root = is_dict ? root : load_json(file);
-      made->meshes = given;
-      made->file = simulation::read_scene(file, made->root, assets, control);
-      if (resolution != 0) made->file.scene.resolution = checked_resolution(resolution);
-      if (seed >= 0) made->file.scene.seed = static_cast<std::uint64_t>(seed);
-      options.parameter_maps = is_asked ? names : made->file.controls;
-      made->options = options;
-      made->running.emplace(made->file.scene, options, control);
-      return made;
-    });
-    device_->warn();
-  }
+  PySimulation(const pybind11::object& scene, const pybind11::kwargs& kwargs);
 
   /// `work` runs without the interpreter's lock; it owns what it uses. @throws InvalidInput when another thread is at
   /// it.
@@ -158,8 +120,8 @@ class PySimulation {
  private:
   struct State {
     simulation::SceneFile file;
-    Json root;            ///< What stands in the scene.
-    MeshesByPath meshes;  ///< In place of files.
+    std::shared_ptr<const Json> root;  ///< What stands in the scene.
+    MeshesByPath meshes;               ///< In place of files.
     simulation::SimulationOptions options;
     std::optional<simulation::Simulation> running;
     bool is_changed_by_hand = false;

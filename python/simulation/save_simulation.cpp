@@ -38,7 +38,7 @@ void PySimulation::save(const std::string& folder, bool force, const RunArgument
     const TemporaryFolder scene(fs::temp_directory_path(), "patinate_scene");
     fs::path file = state->file.file;
     if (!fs::is_regular_file(file)) {
-      file = write_scene(state->root, file.parent_path(), state->meshes, scene.path());
+      file = write_scene(*state->root, file.parent_path(), state->meshes, scene.path());
     }
     simulation::SceneFile read = simulation::read_scene(file, control.part(0.0, 0.1));
     read.scene.resolution = state->file.scene.resolution;

@@ -26,6 +26,44 @@ namespace patinate::python {
 namespace py = pybind11;
 using simulation::Simulation;
 
+PySimulation::PySimulation(const py::object& scene, const py::kwargs& kwargs) {
+  Keywords keywords("Simulation", kwargs);
+  simulation::SimulationOptions options;
+  const py::object maps = keywords.object("parameter_maps"), meshes = keywords.object("meshes");
+  const std::string base = keywords.text("folder", ".");
+  const std::int64_t resolution = keywords.integer("resolution", 0), seed = keywords.integer("seed", -1);
+  device_.emplace(keywords);
+  const RunArguments run = keywords.run();
+  keywords.finish();
+  if (seed < -1) throw InvalidInput("seed: " + std::to_string(seed) + " is out of range; use >= 0, or -1: the scene's");
+  const bool is_dict = py::isinstance<py::dict>(scene);
+  const Json root = is_dict ? json_from(scene, "scene") : Json();
+  const std::filesystem::path file =
+      is_dict ? std::filesystem::path(base) / "scene" : std::filesystem::path(path_from(scene));
+  const auto given = meshes_from(meshes, file.parent_path());
+  std::vector<std::string> names;
+  if (!maps.is_none()) {
+    for (const py::handle name : maps) names.push_back(py::cast<std::string>(name));
+  }
+  const bool is_asked = !maps.is_none();
+  state_ = result_of(run, [=, device = *device_](const RunControl& control) mutable {
+    auto made = std::make_shared<State>();
+    options.device = app::open_simulation_device(device.options(), device.words());
+    simulation::SceneAssets assets;
+    assets.given_meshes = given;
+    made->root = std::make_shared<const Json>(is_dict ? root : load_json(file));
+    made->meshes = given;
+    made->file = simulation::read_scene(file, *made->root, assets, control);
+    if (resolution != 0) made->file.scene.resolution = checked_resolution(resolution);
+    if (seed >= 0) made->file.scene.seed = static_cast<std::uint64_t>(seed);
+    options.parameter_maps = is_asked ? names : made->file.controls;
+    made->options = options;
+    made->running.emplace(made->file.scene, options, control);
+    return made;
+  });
+  device_->warn();
+}
+
 namespace {
 
 using SimulationClass = py::class_<PySimulation, std::shared_ptr<PySimulation>>;

@@ -148,18 +148,20 @@ std::vector<std::string> outcome_advice(const std::vector<ObjectOutcome>& outcom
   for (const ObjectOutcome& object : outcome) most = std::max(most, object.change_p95);
   if (most < kNoticeable) {
     advice.push_back("nothing visible happened: 95 % of every object changed by less than " +
-                     short_number_text(rounded(most, 2)) + " Delta E (2.3 is noticed); " + cure_of(outcome, most));
+                     short_number_text(rounded(most, 2)) + " Delta E (2.3 is just noticeable); " +
+                     cure_of(outcome, most));
   }
   for (const ObjectOutcome& object : outcome) {
     if (object.never_met_share.value_or(0.0) > kMostlyUnmet) {
-      advice.push_back("object '" + object.object + "': " + fixed_percent_text(*object.never_met_share) +
-                       " of it was never met by a gammaton: more of them, more iterations, or emitters elsewhere");
+      advice.push_back("object '" + object.object + "': gammatons never hit " +
+                       fixed_percent_text(*object.never_met_share) +
+                       " of it: use more gammatons, more iterations, or other emitter positions");
     }
     for (const MaterialOutcome& material : object.materials) {
       if (!(material.hides_share > kNearlyAll)) continue;
       advice.push_back("object '" + object.object + "': " + material.material + " hides " +
                        fixed_percent_text(material.hides_share) +
-                       " of it, where nothing varies any more: lower what makes it, or its strength");
+                       " of it, and these places look uniform: lower the rate that makes it, or its strength");
     }
   }
   return advice;

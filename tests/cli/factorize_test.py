@@ -52,7 +52,7 @@ class Factorize(unittest.TestCase):
         self.assertEqual(sum("rmse" in f for f in report["frames"]), 10)
 
     def test_the_folder_is_known_to_info_and_validate_and_stands_for_its_history(self):
-        self.assertIn("1, seen by nobody", patinate("info", "factors").stdout)
+        self.assertIn("1, not observed", patinate("info", "factors").stdout)
         self.assertIn("70 s: seen by nobody", patinate("info", "factors/history").stdout)
         self.assertEqual(patinate("validate", "factors").returncode, 0)
         result = patinate("history", "compare", "plate", "factors", "--num-resamples", 0, "-o", "report", "--json")

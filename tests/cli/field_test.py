@@ -90,7 +90,7 @@ class Field(unittest.TestCase):
             least, after, single = (r[frames]["by_place"] ** 2 for r in (oracle, self.report["after"], self.report["single"]))
             self.assertLess(after - least, 0.5 * (single - least), frames)
         self.assertAlmostEqual(self.report["explained_seen"], 1 - self.report["after"]["seen"]["by_place"] ** 2 / self.report["single"]["seen"]["by_place"] ** 2)
-        self.assertIn("frames that were not seen", self.result.stderr)
+        self.assertIn("held-out frames", self.result.stderr)
         page = (WORK / "found/report.html").read_text()
         for said in ("octaves (doublings) over the best for all places", "best numbers for all places", "frames that no search saw", "Choice of the smoothness"):
             self.assertIn(said, page)

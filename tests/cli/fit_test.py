@@ -148,7 +148,7 @@ class Fit(unittest.TestCase):
             self.assertIn(said, page)
         self.assertTrue(list((WORK / "paged/curves").glob("*hits*.svg")))
         # Only a scene that begins with another color is off before anything has aged, whatever its rates are.
-        begins = "so far off is the surface that the scene begins with"
+        begins = "the error of the scene's initial surface"
         self.assertNotIn(begins, page)
         gray = changed()
         gray["presets"] = {"gray": {"composition": {"metal": 1.0}, "color": [0.2, 0.2, 0.2]}}

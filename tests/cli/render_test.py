@@ -85,7 +85,7 @@ class Render(unittest.TestCase):
             del frame["amounts"]
         file.write_text(json.dumps(history))
         said = self.make("render", "earlier", *SMALL, "--num-times", "2", "-o", "course_earlier.png").stderr
-        self.assertIn("known of the end only", said)
+        self.assertIn("known only at the end", said)
         self.make("render", "earlier", *SMALL, "--num-times", "2", "--maps", "color", "-o", "course_earlier_color.png")
         self.assertEqual(self.bytes_of("course_earlier.png"), self.bytes_of("course_earlier_color.png"))
 

@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 
 void describe(OptionVisitor& v, CacheOptions& o) {
   v.visit({"cache",
-           "Analyses of histories are kept in their folders (.cache) for the next command, and control maps that took "
-           "long in ~/.cache/patinate"},
+           "Keep analyses of histories in their folders (.cache), and control maps that took long in "
+           "~/.cache/patinate, for later commands"},
           o.cache);
 }
 

@@ -12,21 +12,22 @@
 namespace patinate::transfer {
 
 void describe(OptionVisitor& v, AppearanceOptions& o) {
-  v.visit({"spatial_radius", "Neighbors that count into a pixel's appearance", "px", between(0, 3)},
+  v.visit({"spatial_radius", "Radius of the neighborhood that describes a pixel's appearance", "px", between(0, 3)},
           o.spatial_radius_px);
   v.visit({"max_frames", "Longer histories are compared at this many evenly spaced frames", "", between(2, 128)},
           o.max_frames);
   v.visit({"appearance_samples", "Pixels from which the appearance components are found", "", between(64, 65536)},
           o.num_samples);
+  v.visit({"material_maps",
+           "Weight of gloss, metalness and relief relative to color, if the history has them; 0: ignore them", "",
+           between(0, 10)},
+          o.material_maps);
   v.visit(
-      {"material_maps", "What gloss, metalness and relief count beside colors, where the history has them; 0: nothing",
+      {"structure", "Weight of lines (such as cracks) and region borders relative to color; 0: do not look for them",
        "", between(0, 10)},
-      o.material_maps);
-  v.visit({"structure", "What lines, such as cracks, or borders of regions count beside colors; 0: none are looked for",
-           "", between(0, 10)},
-          o.structure);
+      o.structure);
   v.visit({"structure_map",
-           "Control of the history that is high on lines, or on one of two materials; default: they are looked for"},
+           "Control of the history that is high on lines, or on one of two materials; default: detect them"},
           o.structure_map);
 }
 

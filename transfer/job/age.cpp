@@ -32,7 +32,7 @@ void describe_surface(OptionVisitor& v, AgeOptions& o) {
   v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", between(16, 16384)},
           o.resolution);
   v.visit_choice(
-      {"atlas", "auto: the mesh's UVs when every place has a texel of its own, else unwrapped; uv or unwrap: always"},
+      {"atlas", "auto: use the mesh's UVs if each place has its own texel, else unwrap; uv, unwrap: always do so"},
       o.atlas, kAtlasMethodNames);
   v.visit({"mm_per_unit",
            "Length of the mesh's unit; not given: the mesh is scaled so that one texel equals one pixel of the history",
@@ -45,10 +45,11 @@ void describe_surface(OptionVisitor& v, AgeOptions& o) {
 
 void describe(OptionVisitor& v, AgeOptions& o) {
   describe_surface(v, o);
-  v.visit_choice({"flow",
-                  "Which way the history's photographs lie on the surface: gravity (their down runs down), curvature "
-                  "(along tubes and ridges), uv (as each chart lies)"},
-                 o.flow, kDirectionKindNames);
+  v.visit_choice(
+      {"flow",
+       "Orientation of the photographs on the surface: gravity (down stays down, by --up), curvature (along tubes and "
+       "ridges), uv (as each chart lies), or a CSV of curves to follow (x,y,z in mm, an empty line ends a curve)"},
+      o.flow, kDirectionKindNames);
   describe(v, o.transfer);
   describe(v, o.controls);
 }

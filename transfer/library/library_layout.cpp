@@ -16,9 +16,8 @@ void describe(OptionVisitor& v, LibraryOptions& o) {
   v.visit_choice(
       {"clock", "Combine equal times, or equal shares of each history's span (times are then those of the first)"},
       o.clock, kLibraryClockNames);
-  v.visit({"texel_size",
-           "Surface length of the library's pixels, and of histories that do not say theirs; not given: the finest",
-           "mm", between(kLeastTexel_mm, kLargestTexel_mm)},
+  v.visit({"texel_size", "Pixel size of the library, and of histories without one; default: the finest", "mm",
+           between(kLeastTexel_mm, kLargestTexel_mm)},
           o.texel_size_mm);
 }
 

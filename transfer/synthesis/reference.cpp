@@ -16,10 +16,12 @@ namespace patinate::transfer {
 
 void describe(OptionVisitor& v, ReferenceOptions& o) {
   v.visit({"window", "reference: side of the search window", "px", between(8, 4096)}, o.window_px);
-  v.visit({"tolerance", "reference: how near a window's center must be in control value", "", between(0, 1)},
+  v.visit({"tolerance", "reference: largest difference in control value between a texel and the center of its window",
+           "", between(0, 1)},
           o.tolerance);
   v.visit({"reference_passes", "reference: passes over the atlas", "", between(1, 8)}, o.num_passes);
-  v.visit({"epsilon", "reference: a texel takes any pixel that costs at most 1 + this of the least", "", between(0, 1)},
+  v.visit({"epsilon", "reference: choose at random among pixels that cost at most (1 + this) times the least cost", "",
+           between(0, 1)},
           o.epsilon);
   v.visit(
       {"first_coherence", "reference: coherence share of the first pass; default: the final one", "", between(0, 1)},

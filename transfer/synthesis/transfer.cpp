@@ -197,24 +197,22 @@ double appearance_share(const History& history, std::int64_t num_texels) {
 void describe(OptionVisitor& v, TransferOptions& o) {
   v.visit_choice({"method", "fast, or the source's own exhaustive search (slow)"}, o.method, kTransferMethodNames);
   v.visit({"coherence",
-           "Weight of texture against control: 1 = texture only, 0 = control only; default 0.65, 0.85 where the source "
-           "has structure (lines or regions), 0.995 with reference",
+           "Weight of texture relative to control: 1 = texture only, 0 = control only; default 0.65; 0.85 if the "
+           "source has structure (lines or regions); 0.995 with reference",
            "", between(0, 1)},
           o.coherence_share);
-  v.visit({"neighborhood", "Radius of the neighborhood that is compared; 0 = 3, or 4 where the source has structure",
-           "px", between(0, 5)},
+  v.visit({"neighborhood", "Radius of the compared neighborhood; 0 = 3, or 4 if the source has structure", "px",
+           between(0, 5)},
           o.neighborhood_radius_px);
-  v.visit_choice(
-      {"quality",
-       "Time for the borders of copied pieces: good cuts them where the source has structure that they may break, best "
-       "everywhere"},
-      o.quality, kTransferQualityNames);
-  v.visit_choice(
-      {"turning",
-       "Whether copied pieces may turn against --flow, so that lines close where it turns; auto: where lines "
-       "run every way, as cracks do"},
-      o.turning, kPieceTurningNames);
-  v.visit_choice({"footprint", "What a texel shows that covers several pixels: their mean, or the pixel in the middle"},
+  v.visit_choice({"quality",
+                  "Effort for the borders of copied pieces: draft: none; good: cut them where the source has lines or "
+                  "regions; best: cut all of them"},
+                 o.quality, kTransferQualityNames);
+  v.visit_choice({"turning",
+                  "Allow copied pieces to turn against --flow, so that lines close where it turns; auto: only if lines "
+                  "run in all directions, like cracks"},
+                 o.turning, kPieceTurningNames);
+  v.visit_choice({"footprint", "Value of a texel that covers several pixels: their mean, or the pixel in the middle"},
                  o.footprint, kFootprintNames);
   describe(v, o.appearance);
   describe(v, o.multi_level);

@@ -85,7 +85,7 @@ TEST(FitRanking, SaysWhatBeatsWhat) {
                        [&](const std::string& s) { return s.find(part) != std::string::npos; });
   };
   EXPECT_TRUE(says("of the models a is the nearest: 10 Delta E 1976"));
-  EXPECT_TRUE(says("cannot be told apart"));
+  EXPECT_TRUE(says("cannot be distinguished"));
   EXPECT_TRUE(says("c is farther by 10"));
   EXPECT_TRUE(says("no model is as near as holding the last frame seen (5")) << "the last frame is at 5";
 }

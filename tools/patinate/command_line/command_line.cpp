@@ -10,11 +10,11 @@ namespace patinate::cli {
 
 void describe(OptionVisitor& v, CommonOptions& o) {
   v.visit({"threads", "Threads; 0 = one per processor. Never changes a result", "", between(0, 1024)}, o.threads);
-  v.visit({"seed", "Every random choice derives from it", "", at_least(0)}, o.seed);
-  v.visit({"json", "The result as one JSON object on stdout"}, o.json);
+  v.visit({"seed", "Seed of all random choices", "", at_least(0)}, o.seed);
+  v.visit({"json", "Print the result as one JSON object on stdout"}, o.json);
   v.visit({"quiet", "Errors only"}, o.quiet);
-  v.visit({"verbose", "More on stderr: decisions, what each stage took"}, o.verbose);
-  v.visit({"force", "Make the output again, also in place of a different one"}, o.force);
+  v.visit({"verbose", "Print more on stderr: decisions and the time of each stage"}, o.verbose);
+  v.visit({"force", "Make the output again, and replace a different one"}, o.force);
   v.visit({"dry_run", "Say what would be done and why, and do nothing"}, o.dry_run);
 }
 
@@ -24,8 +24,8 @@ CommandLine::CommandLine(std::string verb, std::string brief) : verb_(std::move(
     argument.is_common = true;
     add(std::move(argument));
   });
-  add(ArgumentKind::Option, ValueType::Path, "--config", "RUN.toml", "Options from a file; those given here come first",
-      [](const std::string&) {})
+  add(ArgumentKind::Option, ValueType::Path, "--config", "RUN.toml",
+      "Read options from a file; options on the command line override them", [](const std::string&) {})
       .is_common = true;
 }
 CommandLine::~CommandLine() = default;

@@ -168,10 +168,9 @@ std::optional<JobStatus> write_stats(CommandRun& run, const std::filesystem::pat
 }  // namespace
 
 void StatsArgument::declare(CommandLine& line) {
-  line.flag(
-      "stats",
-      "What the frames of a history or transfer say: mean color, covered share, correlation length, onset, saturation",
-      is_asked);
+  line.flag("stats",
+            "Print statistics of every frame: mean color, covered share, correlation length, onset, saturation",
+            is_asked);
   line.repeated("class", "NAME=#RRGGBB", "With --stats: the share of pixels nearest to this color, of those given",
                 classes);
   line.option(

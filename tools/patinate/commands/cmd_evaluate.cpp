@@ -45,7 +45,7 @@ int cmd_evaluate(CommandRun& run) {
   transfer::CacheOptions cache;
   run.line.positional_list("MAP", "Transfers, or coordinate maps of other tools (EXR, TIFF, 16-bit PNG, .nnf)", maps);
   run.line.output("REPORT", "Folder to make: evaluation.html, evaluation.json", output);
-  run.line.option("history", "HISTORY", "For maps of other tools: what was copied from", foreign.history);
+  run.line.option("history", "HISTORY", "For maps of other tools: the history that was copied from", foreign.history);
   run.line.option(
       "control", "SPEC",
       "For maps of other tools: [SOURCE=]MAP, what the tool followed, in the values of the history's control (0 to 1)",

@@ -77,10 +77,10 @@ void note_poor_reconstruction(CommandRun& run, const HistoryReader& history, con
                               const std::string& of) {
   const FollowedChange found = followed_change(history, made, of);
   if (!(found.change > 0.0) || found.followed >= kLeastFollowed * found.change) return;
-  run.note("warning: the reconstruction makes " + percent_text(std::max(0.0, found.followed / found.change)) +
-           " of the change that the history has at time " + short_number_text(found.time) + " " +
+  run.note("warning: the reconstruction has only " + percent_text(std::max(0.0, found.followed / found.change)) +
+           " of the history's change at time " + short_number_text(found.time) + " " +
            shown_time_unit(history.manifest().time_unit) +
-           ": one curve does not describe it, or it is mostly noise; use the history itself");
+           ": one curve does not describe this history, or the change is mostly noise; use the history itself");
 }
 
 }  // namespace
@@ -94,8 +94,8 @@ int cmd_factorize(CommandRun& run) {
                   "Folder to make: factorization.json, report.html, maps/, and history/, the history without noise",
                   output);
   run.line.option("of", "color|roughness|specular|metalness|height",
-                  "What is taken apart: the color, or a map that every frame has; the history then has its frames with "
-                  "that map without noise",
+                  "Quantity to factorize: the color, or a map that every frame has; the output history then has its "
+                  "frames with that map denoised",
                   of);
   run.line.choices({analysis::kFactorQuantityNames.begin(), analysis::kFactorQuantityNames.end()});
   run.line.default_text("of", "color");
@@ -129,12 +129,12 @@ int cmd_factorize(CommandRun& run) {
     const std::string time = "time " + short_number_text(f.at("time").get<double>()) + " " + unit + ": ";
     if (f.contains("held")) {
       run.note(time +
-               "EXTRAPOLATED, and held as it is at the last frame: the curve is not known to foretell better "
-               "(forecast_ciede2000, last_frame_ciede2000)");
+               "EXTRAPOLATED: holds the last frame, because the curve does not predict better (forecast_ciede2000, "
+               "last_frame_ciede2000)");
     } else if (f.contains("extrapolated")) {
-      run.note(time + "EXTRAPOLATED, seen by nobody; the curve covers " +
+      run.note(time + "EXTRAPOLATED, not observed: the curve covers " +
                text(Json(100.0 * f.at("covered_share").get<double>())) +
-               " % of what changes, elsewhere its end holds (history/masks)");
+               " % of the changing places; elsewhere its last value is held (history/masks)");
     } else if (f.contains("rmse")) {
       run.detail(time + "root mean square " + text(f.at("rmse")) +
                  (f.contains("ciede2000_mean") ? ", CIEDE2000 " + text(f.at("ciede2000_mean")) + ", 95th percentile " +

@@ -188,17 +188,16 @@ std::string change_text(const Json& report, const char* frames, const char* expl
 
 /// What was found, a line each.
 void tell_field(CommandRun& run, const Json& report) {
-  run.note("from the best numbers for all places to fields, frames seen: " +
-           change_text(report, "seen", "explained_seen"));
+  run.note("fitted frames, from the best single numbers to fields: " + change_text(report, "seen", "explained_seen"));
   if (!report.at("after").at("held_out").is_null())
-    run.note("frames that were not seen: " + change_text(report, "held_out", "explained_held_out") + "; their colors " +
+    run.note("held-out frames: " + change_text(report, "held_out", "explained_held_out") + "; their colors " +
              field_figure(report.at("single").at("held_out").at("color_distribution")) + " to " +
              field_figure(report.at("after").at("held_out").at("color_distribution")) +
-             "; the last frame seen, held: " + field_figure(report.at("last_frame")));
+             "; holding the last fitted frame: " + field_figure(report.at("last_frame")));
   for (const Json& f : report.at("fields"))
     run.note(f.at("name").get<std::string>() + ": " + field_figure(f.at("low")) + " to " + field_figure(f.at("high")) +
              (f.at("unit") == "" ? "" : " " + f.at("unit").get<std::string>()) + "; " +
-             std::to_string(f.at("coefficients").size()) + " numbers, of which the data decide " +
+             std::to_string(f.at("coefficients").size()) + " parameters, of which the data determine " +
              short_number_text(rounded(f.at("effective_numbers").get<double>(), 3)));
 }
 
@@ -209,8 +208,7 @@ int cmd_field(CommandRun& run) {
   fs::path scene_file, output;
   std::vector<std::string> vary;
   run.line.positional("SCENE", "A scene file with one object", scene_file);
-  run.line.positional("HISTORY", "What it should come close to, place by place: a history, or a transfer",
-                      task.history);
+  run.line.positional("HISTORY", "History to fit, place by place: a history, or a transfer", task.history);
   run.line.output("FOLDER", "Folder to make: scene.json, fields, report.html, report.json, after", output);
   run.line.repeated("vary", "POINTER=LOW:HIGH[:log]",
                     "The rate of a rule or an initial amount, and between which values it may differ", vary);

@@ -140,9 +140,8 @@ void tell_fit(CommandRun& run, const Json& report) {
              fit_figure(c.at("after")) + " after");
   if (const Json& held_out = report.at("held_out"); !held_out.is_null())
     run.note("frames after " + fit_figure(held_out.at("until")) + " " + held_out.at("unit").get<std::string>() +
-             ", which were not seen: " + fit_figure(held_out.at("before")) + " before, " +
-             fit_figure(held_out.at("after")) +
-             " after; the last frame seen, held: " + fit_figure(held_out.at("last_frame")));
+             " (held out): " + fit_figure(held_out.at("before")) + " before, " + fit_figure(held_out.at("after")) +
+             " after; holding the last fitted frame: " + fit_figure(held_out.at("last_frame")));
   for (const Json& c :
        report.at("held_out").is_null() ? Json::array() : report.at("held_out").value("captures", Json::array()))
     run.note("of " + c.at("name").get<std::string>() + ": " + fit_figure(c.at("before")) + " before, " +
@@ -160,7 +159,7 @@ int cmd_fit(CommandRun& run) {
   Given given;
   bool require_converged = false;
   run.line.positional("SCENE", "A scene file with the starting values", given.scene);
-  run.line.positional_list("HISTORY", "What it should come close to: a history, or a transfer; several: all at once",
+  run.line.positional_list("HISTORY", "History to fit: a history, or a transfer; several are fitted together",
                            given.histories);
   run.line.output("FOLDER", "Folder to make: scene.json, report.html, report.json, evaluations.csv, before, after",
                   given.output);
@@ -175,17 +174,19 @@ int cmd_fit(CommandRun& run) {
   run.line.suggestions({analysis::kFitFigureNames.begin(), analysis::kFitFigureNames.end()});
   run.line.options(task.objective);
   run.line.options(task.options);
-  run.line.flag("require-converged", "Exit with 1 where the budget ended the search; the folder is made all the same",
+  run.line.flag("require-converged", "Exit with status 1 if the budget ended the search; the folder is made anyway",
                 require_converged);
-  run.line.list("Figures",
-                {{"color_distribution", "distance between the distributions of color, mean over times"},
-                 {"mean_color", "distance between the mean colors, root mean square over times"},
-                 {"covered", "share of places that have changed visibly, mean difference over times, %"},
-                 {"onset, saturation", "when places have made a tenth, nine tenths of their change, % of the span"},
-                 {"color_by_control", "distance between the colors given control and time"},
-                 {"rate_by_control", "change over the span by control"},
-                 {"ciede2000", "place by place, where the history lies on the scene's atlas"},
-                 {"contrast", "how much lightness varies at each wavelength of the pattern, L*"}});
+  run.line.list(
+      "Figures",
+      {{"color_distribution", "distance between the distributions of color, mean over times"},
+       {"mean_color", "distance between the mean colors, root mean square over times"},
+       {"covered", "share of places that have changed visibly, mean difference over times, %"},
+       {"onset, saturation",
+        "difference of the times at which places reach a tenth, or nine tenths, of their change, % of the span"},
+       {"color_by_control", "distance between colors at equal control and time"},
+       {"rate_by_control", "change over the span by control"},
+       {"ciede2000", "place by place, where the history lies on the scene's atlas"},
+       {"contrast", "how much lightness varies at each wavelength of the pattern, L*"}});
   run.line.usual({"vary", "objective", "until", "evaluations", "seeds"});
   run.line.example(
       "fit plate.json copper --vary /rules/0/rate=0.01:1:log --vary /appearance/patina/strength=0.2:3 --clock span -o "

@@ -162,7 +162,7 @@ std::vector<Region> regions_of(const CurvesArgument& curves, const HistoryReader
 void CurvesArgument::declare(CommandLine& line) {
   line.option("curves", "FILE.csv", "Color over time of a history or transfer, as CSV", file);
   line.written();
-  line.option("by", "CONTROL", "Curves by a control of the history too, in bins of equal width", by);
+  line.option("by", "CONTROL", "Also make curves for bins of a control, of equal width", by);
   line.option("bins", "N", "Bins of --by, [1, 1000]; default 5", bins);
   line.repeated("at", "X,Y", "Curves of this pixel (of a transfer: texel) too", at);
 }

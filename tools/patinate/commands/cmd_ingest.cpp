@@ -26,7 +26,7 @@ void note_doubtful_controls(const HistoryReader& history, CommandRun& run) {
   for (const ControlParameter& c : history.manifest().controls) {
     if (c.name == "thickness" && c.low > 0.0 && c.high / c.low > 50.0) {
       run.warn("thickness spans 1 to " + short_number_text(c.high / c.low) +
-               ", as it does where parts are saturated or opaque; exclude such parts with a `mask`");
+               ", probably because parts are saturated or opaque; exclude these with a `mask`");
     }
     if (c.name != "progress") continue;
     const ImageF values = history.read_control(c.name);

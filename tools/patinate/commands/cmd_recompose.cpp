@@ -55,7 +55,7 @@ int cmd_recompose(CommandRun& run) {
   const JobPlan plan = simulation::plan_recompose(folder, std::move(file), changes, options, output);
   if (plan.items.empty())
     run.note(folder.string() +
-             " holds no amounts of its frames (made by an earlier version): its end alone is composed");
+             " has no amounts for its frames (made by an earlier version): only its last state is composed");
   const std::optional<JobStatus> status = run.make_folder(plan, "recompose");
   if (status) run.report_output(*status, output);
   return 0;

@@ -79,7 +79,7 @@ int cmd_register(CommandRun& run) {
   run.line.output("FOLDER", "Folder to make: registration.json, poses.conf, registration.png", output);
   run.line.option("reference", "SCAN",
                   "The scan whose frame the others are brought into: its name, or its number from 0", reference);
-  run.line.option("initial", "FILE", "A .conf that says about where scans stand", initial);
+  run.line.option("initial", "FILE", "A .conf with approximate poses of the scans", initial);
   run.line.option("unit", "UNIT", "Length unit of the scans; results are in it, and the table in mm", task.unit);
   run.line.choices({"um", "mm", "cm", "m"});
   run.line.options(task.options);

@@ -36,9 +36,10 @@ int cmd_relief(CommandRun& run) {
   run.line.output("FOLDER", "Folder to make: a history with heights, change/, relief.json, relief.csv, report.html",
                   output);
   run.line.option("stable", "IMAGE",
-                  "White where the surface is known to stay, on a picture change/NNNN.png of a run without it", stable);
+                  "Image that is white where the surface is stable, painted over a change/NNNN.png of a run without it",
+                  stable);
   run.line.numbers("times", "T", "When the scans were made; default their numbers from 0", times);
-  run.line.option("time_unit", "UNIT", "Of the times", time_unit);
+  run.line.option("time_unit", "UNIT", "Unit of --times", time_unit);
   run.line.choices({"s", "min", "h", "d", "yr", "a"});
   run.line.option("unit", "UNIT", "Length unit of the scans, where the registration does not say it", unit);
   run.line.choices({"um", "mm", "cm", "m"});

@@ -40,8 +40,8 @@ int cmd_render(CommandRun& run) {
   declare_maps(run.line, task.files);
   run.line.option("unit", "um|mm|cm|m", "Unit of a mesh whose --height-map is given; default: m for glTF, else mm",
                   task.unit);
-  run.line.option("environment", "IMAGE",
-                  "Surroundings that light the object: a picture of 360 x 180 degrees, HDR or EXR", task.environment);
+  run.line.option("environment", "IMAGE", "Environment map that lights the object: 360 x 180 degrees, HDR or EXR",
+                  task.environment);
   declare_views(run.line, task.views);
   run.line.options(task.shown);
   run.line.options(task.surface);

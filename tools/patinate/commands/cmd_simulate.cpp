@@ -25,8 +25,8 @@ struct ReplicateOptions {
 
 void describe(OptionVisitor& v, ReplicateOptions& o) {
   v.visit({"replicates",
-           "Make so many, with seeds that follow one another, each in a folder seed_N of the output; 0 = one, the "
-           "output itself",
+           "Number of simulations, with consecutive seeds, each in a folder seed_N of the output; 0 = one, the output "
+           "itself",
            "", between(0, 1000)},
           o.replicates);
 }
@@ -92,8 +92,8 @@ int report_estimate(CommandRun& run, simulation::SceneFile file, const simulatio
 
 void note_outcome(CommandRun& run, const Json& manifest) {
   if (manifest.contains("outside"))
-    run.note("its folder holds its scene but for " + comma_list(manifest["outside"]) +
-             ", which stays where it is; keep both to open it again");
+    run.note("the folder contains its scene except " + comma_list(manifest["outside"]) +
+             ", which stay where they are; keep them to open the scene again");
   if (!run.line.common().json) {
     run.note(ledger_text(manifest.at("ledger")));
     run.note(outcome_text(manifest.at("outcome")));
@@ -161,8 +161,7 @@ int cmd_simulate(CommandRun& run) {
                     "A parameter map to write for transfer, beside those that the scene asks for: hits, last_hit, "
                     "residence, MATERIAL.deposited, MATERIAL.final",
                     request.controls);
-  run.line.flag("estimate", "Make nothing: say in seconds what the scene will have done by its end, from a coarse run",
-                is_estimate);
+  run.line.flag("estimate", "Predict the final state from a coarse run, within seconds; write no files", is_estimate);
   run.line.example("simulate rust.json -o rust");
   run.line.example("simulate rust.json --estimate");
   run.line.example("simulate rust.json --replicates 8 -o rusted");

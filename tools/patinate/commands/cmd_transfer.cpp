@@ -31,7 +31,7 @@ int cmd_transfer(CommandRun& run) {
                             std::to_string(request.atlas.resolution));
   run.line.option("texel_size", "MM", "Surface length of one pixel of the history; default: what the history says",
                   request.texel_size_mm);
-  run.line.option("source_mask", "FILE", "8-bit image of the history's size; what is 0 there is not copied",
+  run.line.option("source_mask", "FILE", "8-bit image of the history's size; pixels that are 0 are not copied",
                   request.source_mask);
   run.line.option(
       "flow", "FLOW",

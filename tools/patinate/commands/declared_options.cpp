@@ -66,8 +66,7 @@ std::optional<ControlName> single_kind(const std::string& text) {
 void declare_mesh(CommandLine& line, app::MeshSource& source) {
   line.positional("MESH", "OBJ, PLY, STL, glTF or GLB", source.path);
   line.option("unit", "um|mm|cm|m",
-              "Length unit of the mesh file; glTF is in m, other files do not say: without, sizes are relative",
-              source.unit);
+              "Length unit of the mesh file (glTF is always in m); without it, sizes are relative", source.unit);
   line.suggestions({"um", "mm", "cm", "m"});
   line.option("node", "NAME", "Only the surfaces of this node", source.node);
   line.option("material", "NAME", "Only the surfaces of this material", source.material);

@@ -223,9 +223,9 @@ std::string about_text(const std::string& name, const std::string& channel, cons
 
 void describe(OptionVisitor& v, ReferenceOptions& o) {
   v.visit({"channel",
-           "What says how aged a place is: luminance, saturation, red, green, blue (as in the file), change (color "
-           "difference to --before, or to a history's first frame), or a control of a history; not given: change where "
-           "there is a before, else luminance"},
+           "Measure of age: luminance, saturation, red, green, blue (as in the file), change (color difference to "
+           "--before, or to a history's first frame), or a control of a history; default: change if there is a before, "
+           "else luminance"},
           o.channel);
   v.visit({"before", "Image of the same surface when it was new: what is explained is the difference"}, o.before);
   v.visit_choice({"aged", "Which end of the channel counts as aged"}, o.aged, kAgedEndNames);

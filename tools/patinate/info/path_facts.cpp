@@ -51,7 +51,7 @@ Facts history_facts(const std::filesystem::path& path) {
   facts.add("times", times,
             std::to_string(m.frames.size()) + " frames, " + short_number_text(m.frames.front().time) + " to " +
                 short_number_text(m.frames.back().time) + " " + unit);
-  if (!extrapolated.empty()) facts.add("extrapolated", extrapolated, unseen + " " + unit + ": seen by nobody");
+  if (!extrapolated.empty()) facts.add("extrapolated", extrapolated, unseen + " " + unit + ": not observed");
   facts.add("time_unit", time_unit_text(m.time_unit), "");
   if (m.texel_size_mm) facts.add("texel_size_mm", *m.texel_size_mm, short_number_text(*m.texel_size_mm));
   std::string shown;
@@ -154,7 +154,7 @@ Facts factorization_facts(const std::filesystem::path& path) {
                 (m.models.size() == 1 ? "one for all channels" : "red; others for green and blue"));
   facts.add("frames", m.num_frames);
   facts.add("extrapolated", m.num_extrapolated,
-            m.num_extrapolated == 0 ? "none" : std::to_string(m.num_extrapolated) + ", seen by nobody");
+            m.num_extrapolated == 0 ? "none" : std::to_string(m.num_extrapolated) + ", not observed");
   for (const auto& [name, value] : m.figures) facts.add(name, value);
   facts.add("history", m.history.string());
   facts.add("key", m.key);

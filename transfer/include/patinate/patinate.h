@@ -31,8 +31,7 @@ using transfer::read_aged_mesh;
 /// @param path  A history folder, or its history.json. @throws IoError naming the file.
 [[nodiscard]] std::shared_ptr<const History> read_history(const std::filesystem::path& path);
 
-/// A control at every texel. @param expression  "accessibility", "accessibility(scale=3)", "0.7*facing + 0.3*!height".
-/// @throws ParseError with a did-you-mean; IoError
+/// Computes a control at every texel. (rest unchanged)
 [[nodiscard]] ControlMap control(const AgingSurface& surface, std::string_view expression, const RunControl& run = {});
 
 /// A control of the history, and what it is on the surface.

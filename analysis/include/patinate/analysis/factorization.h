@@ -21,7 +21,7 @@ enum class FactorClock { Shared, Channels };
 struct FactorizationOptions {
   FactorClock clock =
       FactorClock::Shared;      ///< One rate and offset of a place, or one for each channel as in the paper.
-  int num_intervals = 32;       ///< Of the curve's spline; [2, 400].
+  int num_intervals = 32;       ///< Number of intervals of the curve's spline; [2, 400].
   double max_rate = 4.0;        ///< Rates are looked for in [1 / max_rate, max_rate]; [1.1, 20].
   double least_change = 0.004;  ///< A place whose color changes by less does not change; linear, > 0.
   int num_training = 256;       ///< Places that the curve is fitted to, with their own clocks; [16, 4096].
@@ -61,9 +61,9 @@ inline constexpr std::size_t kNumPlaceStatuses = 5;
 /// p(t) = gain phi(rate t - offset) + base.
 struct PlaceFactors {
   PlaceStatus status = PlaceStatus::Unseen;
-  double rate = 1.0;         ///< Of the place's clock against the common one.
+  double rate = 1.0;         ///< Speed of the place's clock relative to the common one.
   double offset = 0.0;       ///< In units of time.
-  double rate_stddev = 0.0;  ///< Of `rate`, as the noise leaves it.
+  double rate_stddev = 0.0;  ///< Standard deviation of `rate` because of noise.
   std::array<double, 3> gain = {};
   std::array<double, 3> base = {};
   double residual = 0.0;  ///< Root mean square over channels and seen times, outliers as well.
@@ -71,7 +71,7 @@ struct PlaceFactors {
 
 /// Uniform cubic B-splines [de Boor 1978] on [low, high], one per channel; beyond the ends the values at the ends hold.
 struct TemporalCurve {
-  double low = 0.0, high = 1.0;                        ///< Of the clock; low < high.
+  double low = 0.0, high = 1.0;                        ///< Range of the clock; low < high.
   std::vector<std::vector<double>> coefficients = {};  ///< For every channel num_intervals() + 3.
 
   [[nodiscard]] int num_channels() const { return static_cast<int>(coefficients.size()); }
@@ -81,12 +81,12 @@ struct TemporalCurve {
   [[nodiscard]] std::vector<double> samples(int channel, int count) const;
 };
 
-/// What is learned from some places and holds for all.
+/// The part of a factorization that is fitted to some places and holds for all of them.
 struct TemporalModel {
   TemporalCurve curve;  ///< Every channel's lowest value is 0, its highest 1, and it ends no lower than it begins.
   std::vector<double> noise = {};  ///< Standard deviation of most residuals, per channel.
-  double correlation = 0.0;  ///< Of residuals from one frame to the next, [0, 0.99]: 0 for noise; more where the model
-                             ///< misses what happens.
+  double correlation = 0.0;  ///< Correlation of residuals in consecutive frames, [0, 0.99]: 0 for noise, larger if the
+                             ///< model misses changes.
 
   /// Residuals that hang together are fewer than they seem: what a residual is measured by, so that sums of squares
   /// count independent ones.
@@ -112,7 +112,7 @@ struct Factorization {
 [[nodiscard]] std::vector<PlaceFactors> fit_places(const PlaceSeries& places, const TemporalModel& model,
                                                    const FactorizationOptions& options, const RunControl& control = {});
 
-/// A change of the common clock that changes no color: clock' = scale clock + shift.
+/// A transformation of the common clock that changes no color: clock' = scale clock + shift.
 struct ClockGauge {
   double scale = 1.0, shift = 0.0;
 };
@@ -124,7 +124,7 @@ void apply_gauge(const ClockGauge& gauge, std::vector<PlaceFactors>& factors);
 /// Curve, places and gauge of all of it. @throws InvalidInput as train_curve().
 [[nodiscard]] Factorization factorize(const PlaceSeries& places, const FactorizationOptions& options = {},
                                       const RunControl& control = {});
-/// Of a history's pixels inside its mask, in reading order. Memory: 12 B a pixel and frame.
+/// Factorizes a history's pixels inside its mask, in reading order. Memory: 12 B per pixel and frame.
 [[nodiscard]] Factorization factorize(const History& history, const FactorizationOptions& options = {},
                                       const RunControl& control = {});
 
@@ -135,7 +135,7 @@ void apply_gauge(const ClockGauge& gauge, std::vector<PlaceFactors>& factors);
 
 /// One channel of a place at a time.
 [[nodiscard]] double factored_value(const TemporalCurve& curve, const PlaceFactors& place, int channel, double time);
-/// Whether the curve is known that far: an unchanged place stays as it is.
+/// Says whether the curve is known at that time; an unchanged place is always covered.
 [[nodiscard]] bool is_covered(const TemporalCurve& curve, const PlaceFactors& place, double time);
 
 }  // namespace patinate::analysis

@@ -1,5 +1,4 @@
-/// \file
-/// What a comparison says, as data: figures, curves, pictures. Reports are made of it and know nothing else.
+/// The results of a comparison as data: figures, curves, pictures. Reports are made from these alone.
 #pragma once
 
 #include <optional>
@@ -24,10 +23,9 @@ struct Figure {
   std::string unit = {};
   std::optional<double> value = {};
   std::optional<double> low = {}, high = {};      ///< 95 % interval.
-  std::optional<double> after = {}, before = {};  ///< Of a moment: the frames between which it lies.
-  std::optional<double> split =
-      {};                      ///< The same figure for A against itself split in two: what equal surfaces would show.
-  std::string undefined = {};  ///< Why there is no value; "" when there is one.
+  std::optional<double> after = {}, before = {};  ///< For a figure that is a time: the frames before and after it.
+  std::optional<double> split = {};  ///< The same figure for the two halves of A: its value for equal surfaces.
+  std::string undefined = {};        ///< Why there is no value; "" when there is one.
 };
 
 struct CurveColumn {
@@ -65,21 +63,20 @@ struct Section {
   std::string undefined = {};  ///< Why the section says nothing; "" when it does.
 };
 
-/// As reports and files state it: nine significant digits, and a reason exactly where there is no value. To state it
-/// again changes nothing, so that a page is the same whether its parts went through a file or not.
-/// @throws InvalidInput if a number is not finite.
+/// Rounds a figure as reports and files print it: nine significant digits, and a reason exactly if there is no value.
+/// Rounding again changes nothing, so a page is the same whether its parts went through a file or not.
 [[nodiscard]] Figure as_stated(Figure figure);
-/// The same of its columns; x stays as it is.
+/// Rounds the columns of a curve in the same way; x is unchanged.
 [[nodiscard]] Curve as_stated(Curve curve);
 
-/// As stated, with pictures' sources but not their pixels. @throws InvalidInput if a number is not finite.
+/// JSON of a section, rounded by as_stated(); pictures have their sources but not their pixels.
 [[nodiscard]] Json section_json(const Section& section);
 /// The inverse of section_json(); for files of our own only.
 [[nodiscard]] Section section_from_json(const Json& json);
-/// As stated. Members name, title, unit, value (null when undefined), low, high, after, before, split, undefined: those
-/// that there are.
+/// JSON of a figure, rounded by as_stated(). Existing members only: name, title, unit, value (null when undefined),
+/// low, high, after, before, split, undefined.
 [[nodiscard]] Json figure_json(const Figure& figure);
-/// What their JSON is made of.
+/// Describes the members of a figure's JSON.
 void describe(DocumentVisitor& v, Figure& figure);
 /// Without pixels.
 void describe(DocumentVisitor& v, Picture& picture);

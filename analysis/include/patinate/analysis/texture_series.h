@@ -1,5 +1,4 @@
-/// \file
-/// A surface's color over time, whatever it comes from: a history, or a transfer looked up.
+/// A surface's color over time, read from a history or looked up from a transfer.
 #pragma once
 
 #include <filesystem>
@@ -26,7 +25,7 @@ class TextureSeries {
   /// @throws InvalidInput naming a coordinate that points outside of the history.
   TextureSeries(std::shared_ptr<const History> history, SeriesAtlas atlas);
 
-  /// Of the history: its frames, times and controls.
+  /// Frames, times and controls of the history.
   [[nodiscard]] const HistoryFacts& facts() const { return history_->facts(); }
   [[nodiscard]] const History& history() const { return *history_; }
   /// Empty: the history itself.
@@ -37,7 +36,7 @@ class TextureSeries {
   [[nodiscard]] int height() const;
   /// Surface length of a pixel, when known.
   [[nodiscard]] std::optional<double> pixel_mm() const { return pixel_mm_; }
-  /// Where the surface's own color is shown at a time: 0 / 255. Between two frames: where both show it.
+  /// Mask (0 / 255) of the places that show the surface's own color at a time. Between two frames, both must show it.
   [[nodiscard]] ImageU8 mask(double time) const;
   /// H x W x 3, linear; clamped to the ends.
   [[nodiscard]] ImageF sample(double time) const;

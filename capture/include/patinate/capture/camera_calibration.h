@@ -17,7 +17,7 @@ namespace patinate::capture {
 /// Points of one frame and the pixels at which one photograph shows them.
 struct PointView {
   std::vector<Vec3> points_mm;  ///< In the target's frame (z = 0 for a flat one), or in the scanner's.
-  std::vector<Vec2> pixels;     ///< As many.
+  std::vector<Vec2> pixels;     ///< One pixel for each point.
   std::string name;             ///< For errors and reports.
 };
 
@@ -49,9 +49,9 @@ struct CameraCalibration {
       camera;  ///< Its pose is that of the scanner's frame; without scanner points, of the first view's target.
   bool has_scanner_pose = false;
   Eigen::Matrix<double, kNumCameraNumbers, kNumCameraNumbers>
-      covariance;         ///< Of the numbers above; 0 for what was not fitted or when undetermined.
+      covariance;  ///< Covariance of the camera numbers above; 0 for numbers that were not fitted or are undetermined.
   std::string weakest;    ///< The number that is known worst, e.g. "fx".
-  double sigma_px = 0.0;  ///< Of one coordinate of a pixel, from the residuals.
+  double sigma_px = 0.0;  ///< Standard deviation of one pixel coordinate, from the residuals.
   double rms_px = 0.0;    ///< Distance, over all views.
   struct View {
     std::string name;

@@ -14,7 +14,7 @@
 
 namespace patinate::capture {
 
-/// What one pixel shows of the object under one light.
+/// The sample of one pixel of the object under one light.
 struct ShadedSample {
   Vec3 point_mm;  ///< On the object, scanner coordinates.
   Vec3 normal;    ///< Unit, toward the camera.
@@ -37,16 +37,17 @@ struct LambertianLight {
   CalibrationStatus status = CalibrationStatus::Undetermined;
   Light light;                                                                   ///< Near.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  ///< Position (mm), then intensity.
-  double distance_sd = 0.0;  ///< Of the distance from the samples' middle, over it; infinite when undetermined.
-  double rms = 0.0;          ///< Of the residuals, linear.
-  int num_samples = 0;       ///< That were used: neither saturated nor facing away.
+  double distance_sd = 0.0;  ///< Standard deviation of the distance from the samples' middle, relative to it; infinite
+                             ///< when undetermined.
+  double rms = 0.0;          ///< Root mean square of the residuals, linear.
+  int num_samples = 0;       ///< Number of samples that were used: neither saturated nor facing away.
 };
 
 struct LambertianLightResult {
   std::vector<LambertianLight> lights;
   Vec3 ambient = Vec3::Zero();
   Vec2 vignetting = Vec2::Zero();  ///< v1, v2.
-  double sigma = 0.0;              ///< Of one value, from the residuals' median.
+  double sigma = 0.0;              ///< Standard deviation of one value, from the residuals' median.
 };
 
 /// Each light starts at the best of a grid of directions and distances, at each of which strengths are linear least

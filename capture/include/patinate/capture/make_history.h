@@ -9,7 +9,7 @@
 
 namespace patinate::capture {
 
-/// What a caller decides; everything else has the default of `patinate ingest`.
+/// Options of a caller; everything else has the default of `patinate ingest`.
 struct MakeHistoryOptions {
   bool stabilize = false;        ///< Lay moved photographs over the first one.
   bool deflicker = false;        ///< Take changes of exposure out.

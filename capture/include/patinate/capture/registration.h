@@ -28,7 +28,7 @@ struct RegistrationOptions {
       RegistrationStart::Auto;  ///< Auto: from the start that is given, and by search where that fails.
   double min_overlap = 0.15;    ///< Share of the smaller scan that must find partners; (0, 1].
   double max_in_front = 0.06;   ///< Share of what both see that may lie in the other scanner's line of sight; [0, 1].
-  int max_iterations = 60;      ///< Of the last, full stage; > 0.
+  int max_iterations = 60;      ///< Iterations of the last, full stage; > 0.
   int max_surfels = 60000;      ///< A scan is thinned to about so many pieces; [100, 10^7].
 };
 void describe(OptionVisitor& v, RegistrationOptions& o);
@@ -36,12 +36,12 @@ void describe(OptionVisitor& v, RegistrationOptions& o);
 enum class RegistrationStatus { Converged, IterationLimit, TooFewPairs, Degenerate, PoorFit };
 /// "converged", "iteration limit", ...
 [[nodiscard]] std::string_view name_of(RegistrationStatus status);
-/// Whether there is a pose.
+/// Says whether a registration with this status has a pose.
 [[nodiscard]] constexpr bool is_found(RegistrationStatus status) {
   return status == RegistrationStatus::Converged || status == RegistrationStatus::Degenerate;
 }
 
-/// A degree of freedom that a shape leaves unconstrained, because it slides over itself along it: one rigid motion that
+/// A degree of freedom that the shape does not constrain, because the surface slides along itself: a rigid motion that
 /// changes nothing.
 struct UnconstrainedDof {
   enum class Kind { Shift, Turn };
@@ -57,13 +57,14 @@ struct UnconstrainedDof {
 struct PairRegistration {
   RegistrationStatus status = RegistrationStatus::TooFewPairs;
   RigidTransform target_from_source;
-  double rms_residual = 0.0;     ///< Of partners along their normals, weighted as in the fit.
+  double rms_residual =
+      0.0;  ///< Root mean square of the distances of partners along their normals, weighted as in the fit.
   double median_residual = 0.0;  ///< Median of the same, absolute, over all partners, those that do not fit too.
   double overlap = 0.0;          ///< Share of the smaller scan's surface that has a partner; [0, 1].
   double fitting = 0.0;  ///< Share of the partners that fit; the others lie as near, but as surfaces that changed, or
                          ///< in a wrong pose.
-  std::optional<double> in_front;  ///< Of what is seen by both: share that one scan puts in front of what the other
-                                   ///< saw; absent without lines of sight.
+  std::optional<double> in_front;  ///< Share of the surface seen by both scans that one scan puts in front of the
+                                   ///< other's; absent without lines of sight.
   /// Of (rotation in radians, shift) about `center` in the target's frame, from the scatter of the points;
   /// unconstrained degrees of freedom are excluded from it. Errors that are common to many points of a scan (its
   /// scanner's calibration) are not in it.
@@ -72,11 +73,11 @@ struct PairRegistration {
   /// Share of the partners that lie no farther apart than the points' own scatter makes them, [0, 1]: where it is
   /// small, most of the surface has changed.
   double staying = 1.0;
-  /// What the pose would move by, as in `covariance`, were the changed share misjudged (changed_surface.h); 0 for a
-  /// surface that stays.
+  /// Displacement of the pose, as in `covariance`, if the changed share were misjudged (changed_surface.h); 0 for a
+  /// stable surface.
   Vec6 misjudged = Vec6::Zero();
-  std::vector<UnconstrainedDof>
-      unconstrained_dofs;  ///< What the shape does not constrain; then Degenerate, and held at the start's value.
+  std::vector<UnconstrainedDof> unconstrained_dofs;  ///< Unconstrained degrees of freedom, held at their starting
+                                                     ///< values; the status is then Degenerate.
   int num_pairs = 0;
   int num_iterations = 0;
   bool is_found_by_search = false;

@@ -50,12 +50,12 @@ struct SphereFit {
 /// `count` points of a circle in the picture. @throws InvalidInput unless radius_px > 0.
 [[nodiscard]] std::vector<Vec2> outline_of_circle(const Vec2& center_px, double radius_px, int count = 64);
 
-/// A mirrored ray: where the sphere is met, and where the light comes from.
+/// A mirrored ray: the point where it meets the sphere, and the direction to the light.
 struct MirroredRay {
   Vec3 point;
   Vec3 direction;  ///< Unit, from the point.
 };
-/// What a pixel sees in the sphere; nothing beside it.
+/// The ray that a pixel sees mirrored in the sphere; nothing for a pixel beside it.
 [[nodiscard]] std::optional<MirroredRay> mirrored_ray(const Camera& camera_mm, const Vec3& center, double radius_mm,
                                                       const Vec2& pixel);
 
@@ -100,18 +100,19 @@ enum class SphereLightStatus {
 /// One light, and how well it is known.
 struct SphereLight {
   SphereLightStatus status = SphereLightStatus::NoHighlight;
-  Light light;                                           ///< Near or Directional; its strength is not known.
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< Of the position, mm^2; or of the unit direction.
-  double direction_sd_deg = 0.0;                         ///< Seen from the spheres, the worst direction.
-  double position_sd_mm = 0.0;                           ///< Near: the worst direction.
-  int num_spheres = 0;                                   ///< That show it.
-  double rms_px = 0.0;                                   ///< Of the highlights around where the solution puts them.
-  double distance_sd = 0.0;  ///< Standard deviation of the distance over the distance; 0 for one sphere.
+  Light light;  ///< Near or Directional; its strength is not known.
+  Eigen::Matrix3d covariance =
+      Eigen::Matrix3d::Zero();    ///< Covariance of the position, mm^2, or of the unit direction.
+  double direction_sd_deg = 0.0;  ///< Seen from the spheres, the worst direction.
+  double position_sd_mm = 0.0;    ///< Near: the worst direction.
+  int num_spheres = 0;            ///< Number of spheres that show the light.
+  double rms_px = 0.0;            ///< Root mean square distance of the highlights from their predicted positions.
+  double distance_sd = 0.0;       ///< Standard deviation of the distance over the distance; 0 for one sphere.
 };
 
 struct SphereLightResult {
   std::vector<SphereLight> lights;
-  std::vector<SphereFit> spheres;  ///< As the joint solution has them.
+  std::vector<SphereFit> spheres;  ///< Spheres of the joint solution.
   bool has_converged = false;
 };
 

@@ -11,7 +11,7 @@
 
 namespace patinate::capture {
 
-inline constexpr double kModeFilterWindow_px = 20.0;  ///< Where neither a caller nor a layer says.
+inline constexpr double kModeFilterWindow_px = 20.0;  ///< Window if neither a caller nor the layer determines it.
 
 /// Settings of mode_filter().
 struct ModeFilterOptions {
@@ -47,9 +47,9 @@ struct ModeFilterResult {
   /// Part of the window (weighted, inside the mask) within 2.5 range_sigma of the mode: [0, 1]. 1 where all is one
   /// value; below one half cracks, slopes or noise are more than what the mode stands for.
   ImageF share;
-  /// The same of the second mode: the highest peak apart from the first one behind a valley; 0 where there is none.
+  /// Share of the second mode: the highest peak behind a valley from the first one; 0 if there is none.
   ImageF second_share;
-  ImageF second_value;  ///< To a bin; the first one's where there is no second.
+  ImageF second_value;  ///< Value of the second mode, to a bin; the first mode's if there is no second.
 };
 /// Same contract as mode_filter(); about half as long again.
 [[nodiscard]] ModeFilterResult mode_filter_shares(const ImageF& in, const ImageU8& mask,
@@ -86,8 +86,10 @@ inline constexpr double kNamedHoleShare = 0.001;
 /// What the windows of the mode filter say about a layer. Shares are of the layer, [0, 1]; light is T.
 struct LayerEvidence {
   double share = 1.0;  ///< Part of its window that a pixel's commonest value covers, within 2.5 range_sigma; median.
-  double weak_share = 0.0;  ///< Where that is less than half, and no second competes: cracks, slope or noise prevail.
-  double two_modes = 0.0;   ///< Where a second value covers at least half as much as the commonest one.
+  double weak_share = 0.0;  ///< Share of the layer where the most frequent value covers less than half and no second
+                            ///< one competes: cracks, slope or noise prevail.
+  double two_modes =
+      0.0;  ///< Share of the layer where a second value covers at least half as much as the most frequent one.
   double noise = 0.0;  ///< Standard deviation of T between neighbors: the photograph's noise and the layer's grain.
   double hole_share = 0.0;     ///< Brighter places, apart by two modes, that the filter took for the layer.
   double hole_width_px = 0.0;  ///< Diameter of a circle of the largest one's area.
@@ -100,8 +102,9 @@ struct LayerEvidence {
 /// The window of the mode filter that a layer asks for, and how well it tells the layer.
 struct LayerWindow {
   double sigma_px = kModeFilterWindow_px;
-  bool is_chosen = false;  ///< By the layer; else it was given, or the layer is too small to be asked.
-  int gap_px = 0;          ///< Side of the squares that were left out: as wide as its cracks.
+  bool is_chosen =
+      false;       ///< True if the window was chosen from the layer; false if it was given, or the layer is too small.
+  int gap_px = 0;  ///< Side of the squares that were left out: as wide as its cracks.
   /// Robust standard deviation of the light in these squares from what the filter foretells without them, over the
   /// light: how well the layer's trend is known where cracks are. 0 where it was not asked.
   double foretold_to = 0.0;

@@ -19,8 +19,7 @@
 
 namespace patinate::capture {
 
-/// What color a highlight has under white light: none of its own, as of glass and lacquer, or that of what lies below
-/// it, as of metals.
+/// Color of a highlight under white light: white, as on glass and lacquer, or the base color, as on metals.
 enum class SpecularTint { White, Base };
 
 /// The shape of a highlight, one for all of a surface; strength and width vary over it.
@@ -44,10 +43,10 @@ struct SpecularForm {
 [[nodiscard]] double specular_lobe(const SpecularForm& form, const Vec3& normal, const Vec3& to_light,
                                    const Vec3& to_camera, double roughness);
 
-/// The same, and how it changes as the normal turns.
+/// The value of the lobe, and its derivative as the normal turns.
 struct SpecularTurn {
   double value = 0.0;
-  std::array<double, 2> slope{};  ///< By the turn toward each of the directions, radians.
+  std::array<double, 2> slope{};  ///< Derivative by a turn toward each of the directions, per radian.
 };
 /// @param across  Two unit vectors across the normal.
 [[nodiscard]] SpecularTurn specular_turn(const SpecularForm& form, const Vec3& normal,
@@ -58,8 +57,8 @@ struct SpecularTurn {
                                                         const std::array<Vec3, 2>& across, const Vec3& to_light,
                                                         const Vec3& to_camera, double roughness);
 
-/// What a material is, by what its samples say: whether a lobe shows, whether it is of a color, and whether there is
-/// diffuse light beside it.
+/// Kind of a material, from its samples: with or without a lobe, the lobe white or colored, with or without diffuse
+/// light.
 enum class MaterialKind { Matt, Dielectric, Metal, Mixed };
 inline constexpr std::array<std::string_view, 4> kMaterialKindNames{"matt", "dielectric", "metal", "mixed"};
 [[nodiscard]] std::string_view name_of(MaterialKind kind);
@@ -67,14 +66,14 @@ inline constexpr std::array<std::string_view, 4> kMaterialKindNames{"matt", "die
 /// A lobe that many places share, at one time or several.
 struct SurfaceMaterial {
   MaterialKind kind = MaterialKind::Matt;
-  double share = 0.0;            ///< Of the texels that were asked, (0, 1].
-  double roughness = 0.0;        ///< Of the lobe that `render` draws, [0.15, 0.9]; 0 of what is matt.
-  Vec3 strength = Vec3::Zero();  ///< Of that lobe with single scattering, >= 0.
+  double share = 0.0;            ///< Share of the sampled texels, (0, 1].
+  double roughness = 0.0;        ///< Roughness of the lobe as `render` draws it, [0.15, 0.9]; 0 for a matte material.
+  Vec3 strength = Vec3::Zero();  ///< Strength of that lobe with single scattering, >= 0.
   Vec3 color = Vec3::Zero();     ///< Of a matt fit, where it is found: shares of red and green, and 0.15 times the
                                  ///< root of their mean.
   Vec3 spread = Vec3::Zero();    ///< Their standard deviations.
-  double evidence = 0.0;  ///< By how many standard deviations left-out lamps are foretold better as (or as not) metal;
-                          ///< of what is matt, than with a lobe.
+  double evidence = 0.0;         ///< Standard deviations by which left-out lamps are predicted better as metal (or as
+                                 ///< nonmetal); for a matte material, better than with a lobe.
 };
 
 /// One step, in the view of the result: pixel (x, y) of every image shows the same place of the surface. Lamps,
@@ -121,7 +120,7 @@ struct UnlightOptions {
 };
 void describe(OptionVisitor& v, UnlightOptions& o);
 
-/// What became of one sample (texel, lamp).
+/// Use of one sample (texel, lamp).
 enum class SampleState : std::uint8_t {
   Outside = 0,     ///< No surface here.
   Clean = 1,       ///< It counted.
@@ -140,7 +139,7 @@ struct LightReport {
   double residual = 0.0;  ///< Root mean square of what clean samples are off, over the mean of them.
 };
 
-/// How much of what the lamps' clean samples show came from other places of the surface, a texel each.
+/// Share of the lamps' light, for each texel, that came from other places of the surface.
 struct InterreflectionReport {
   double median = 0.0;  ///< Share of the value.
   double p95 = 0.0;     ///< The share that one texel in twenty has more of.
@@ -153,7 +152,7 @@ struct UnlightResult {
   ImageF stddev = {};       ///< H x W x C, standard deviation of the albedo.
   ImageF normal = {};       ///< H x W x 3, unit; the scan's where not determined.
   ImageF specular = {};     ///< H x W x 2: strength and roughness as of specular_lobe(); empty with SpecularMode::None.
-  SpecularForm form = {};   ///< Of the highlights, which foretells left-out lamps best.
+  SpecularForm form = {};   ///< Form of the highlights, chosen by the best prediction of left-out lamps.
   ImageF reflectance = {};  ///< H x W x 3: F0 of that lobe by channel; with SpecularMode::Material alone.
   ImageF metalness = {};    ///< H x W, [0, 1]; with SpecularMode::Material alone.
   ImageF tint = {};         ///< H x W x 3, mean 1: the color of the lobe; with SpecularMode::Material alone.
@@ -170,7 +169,7 @@ struct UnlightResult {
   bool is_converged = true;  ///< False when strengths or ambient were asked for and did not settle, or cannot be told.
   std::int64_t num_surface = 0;  ///< Texels of the mask.
   std::int64_t num_determined = 0;
-  std::vector<std::string> notes = {};  ///< What the user should know, one line each.
+  std::vector<std::string> notes = {};  ///< Notes for the user, one line each.
 };
 
 /// A clean sample's value is albedo / pi x intensity x max(0, n . l) / d^2 (no d^2 for directional lamps).

@@ -31,7 +31,7 @@ struct CrackleOptions {
   double spacing_per_thickness = 17.0;  ///< Crack spacing over thickness; cells are this large at most; > 0.
   double strain = 0.055;                ///< Final width of a crack over the local spacing; [0, 0.5].
   double grain = 0.35;                  ///< How much first cracks follow the plate's grain (vertical); [0, 1].
-  double simultaneity = 1.0;  ///< How far cracks come at once where the paint is thin, and meet at 120 degrees; [0, 1].
+  double simultaneity = 1.0;  ///< Degree to which thin paint cracks all at once, with junctions of 120 degrees; [0, 1].
   double yellowing = 0.10;    ///< Share of blue that the paint loses until the end; [0, 1].
   TransmissionLaw law = TransmissionLaw::Reciprocal;
   double absorption_per_mm = 5.0;  ///< a; > 0. For Linear a thickness_max_mm < 1.
@@ -60,7 +60,7 @@ struct CrackleDataset {
   ImageF opening_s;           ///< H x W: time from which the pixel's center lies in a crack; -1 = never.
   Image<std::int32_t> cells;  ///< H x W: piece of paint at the end, from 1; 0 on cracks (a band of 1.5 px at least).
   int num_cells = 0;
-  /// What one crack does at one pixel near it.
+  /// The effect of one crack on one pixel near it.
   struct Influence {
     std::int32_t pixel = 0;    ///< y * width + x.
     float distance_px = 0.0f;  ///< From the center line.
@@ -100,7 +100,7 @@ struct CrackleDataset {
 [[nodiscard]] ImageF reflected(const CrackleDataset& dataset, double time_s, const RunControl& control = {});
 /// Transmitted light at the end, linear gray, without noise: backlight * (share + (1 - share) * transmittance).
 [[nodiscard]] ImageF transmitted(const CrackleDataset& dataset);
-/// What a camera makes of a linear image: 8-bit sRGB codes with noise from (seed, picture).
+/// Simulates a camera: makes 8-bit sRGB codes with noise from a linear image; the noise depends on (seed, picture).
 [[nodiscard]] ImageU8 photograph(const ImageF& linear, double noise, std::int64_t seed, int picture);
 
 }  // namespace patinate::datasets

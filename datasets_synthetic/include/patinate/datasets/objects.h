@@ -41,7 +41,7 @@ void describe(OptionVisitor& v, FenceOptions& o);
 [[nodiscard]] std::string fence_scene(const FenceOptions& options, const std::string& mesh_file,
                                       const std::string& grain_file);
 
-/// What happens to the wall in ledge_scene().
+/// Weather of the wall in ledge_scene().
 enum class LedgeWeather {
   Dust,  ///< Dust settles on the sills, and rain takes it round their edges and down the wall.
   Soot   ///< Soot darkens everything; then it rains, and what the rain reaches is washed clean.
@@ -50,8 +50,8 @@ inline constexpr std::array<std::string_view, 2> kWeatherNames{"dust", "soot"};
 
 /// Settings of ledge().
 struct LedgeOptions {
-  double width_mm = 1000.0;    ///< Of the wall; > 0. It is as high as wide, and a tenth as thick.
-  double depth_mm = 90.0;      ///< By how much the sills stand out; > 0, at most a fifth of the width.
+  double width_mm = 1000.0;    ///< Width of the wall; > 0. It is as high as wide, and a tenth as thick.
+  double depth_mm = 90.0;      ///< Depth of the sills; > 0, at most a fifth of the width.
   double thickness_mm = 30.0;  ///< Of a sill's front; > 0, at most a tenth of the width.
   int num_sills = 3;           ///< [1, 6].
   int cells = 24;              ///< Squares along the wall; [1, 400].

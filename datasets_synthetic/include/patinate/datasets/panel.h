@@ -63,7 +63,7 @@ void check_panel(const PanelOptions& options);
 struct PanelSpot {
   double x_mm = 0.0;
   double y_mm = 0.0;
-  double area_mm2 = 0.0;  ///< At the end, of its outline in closed form; outlines may overlap and leave the panel.
+  double area_mm2 = 0.0;  ///< Area of the outline at the end, in closed form; outlines may overlap and leave the panel.
   double start_h = 0.0;   ///< From then on its radius grows as (t - start)^0.6.
   bool is_edge = false;   ///< Edge rust, of which only what lies outside the test area is drawn.
 };
@@ -92,12 +92,12 @@ struct PanelFigures {
   double rust_test_percent = 0.0;    ///< Of the test area.
   double rusted_percent = 0.0;       ///< The same with the scribe and what has crept from it.
   double rusted_test_percent = 0.0;  ///< Of the test area.
-  double stain_test_percent = 0.0;   ///< Where stains hide at least kVisibleStain, of the test area; rust or not.
-  double crack_mm_per_mm2 = 0.0;     ///< Of the test area.
-  double crack_area_percent = 0.0;   ///< Of the test area.
-  double creep_left_mm = 0.0;        ///< Mean over the length of the scribe.
+  double stain_test_percent = 0.0;  ///< Share of the test area where stains hide at least kVisibleStain, rusted or not.
+  double crack_mm_per_mm2 = 0.0;    ///< Of the test area.
+  double crack_area_percent = 0.0;  ///< Of the test area.
+  double creep_left_mm = 0.0;       ///< Mean over the length of the scribe.
   double creep_right_mm = 0.0;
-  double creep_max_mm = 0.0;  ///< Of both sides.
+  double creep_max_mm = 0.0;  ///< Largest creep of both sides.
   std::array<double, 3>
       paint{};             ///< L*, a*, b* of the mean linear light of the test area's paint, without marks on it.
   double roughness = 0.0;  ///< GGX of its gloss.

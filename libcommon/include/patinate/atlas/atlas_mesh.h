@@ -15,7 +15,7 @@
 
 namespace patinate {
 
-/// What tells which tile a triangle belongs to.
+/// The property of a triangle that selects its tile.
 enum class UvLayoutRule { Square, Udim, Material, Node, Surface };
 
 /// One square of texels.
@@ -31,14 +31,14 @@ struct UvLayout {
   UvLayoutRule rule = UvLayoutRule::Square;
   std::vector<AtlasTile> tiles;    ///< Empty when the UVs make no atlas at all.
   std::vector<int> triangle_tile;  ///< Into tiles; as long as the mesh's triangles.
-  double overlap_share = 0.0;      ///< Of the covered texels, those that more than one triangle claims, in these tiles.
-  double flat_share = 0.0;         ///< Of the surface's area, what has no area in UV.
+  double overlap_share = 0.0;      ///< Share of the covered texels, in these tiles, that more than one triangle claims.
+  double flat_share = 0.0;         ///< Share of the surface's area that has no area in UV.
   std::string problem;  ///< Why not every place has a texel of its own: "it has no UVs"; "" when every one has.
-  std::string remark;   ///< What was done to the UVs that one should know; "" = nothing.
+  std::string remark;   ///< Changes to the UVs that a user should know; "" = none.
 };
 
-inline constexpr double kMostOverlap = 0.05;  ///< Of the covered texels: more is a problem.
-inline constexpr double kMostFlat = 0.01;     ///< Of the area: more is a problem.
+inline constexpr double kMostOverlap = 0.05;  ///< Largest acceptable share of the covered texels.
+inline constexpr double kMostFlat = 0.01;     ///< Largest acceptable share of the area.
 inline constexpr double kMostLean = 0.25;     ///< UVs that leave [0, 1] by no more are scaled into it.
 inline constexpr int kMaxTiles = 100;
 

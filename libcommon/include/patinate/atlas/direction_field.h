@@ -1,6 +1,4 @@
-/// \file
-/// Which way a texture's rows run on a surface: a smooth direction at every triangle, whatever the UVs and their charts
-/// do.
+/// The direction of a texture's rows on a surface: a smooth direction at every triangle, independent of UVs and charts.
 #pragma once
 
 #include <array>

@@ -24,10 +24,10 @@ struct Sheet {
 
   static constexpr int kMaxSide = 65536;  ///< Texels, of a whole sheet.
   static constexpr int kTileMargin = 2;
-  static constexpr std::int64_t kMaxTexels = std::int64_t{1} << 28;  ///< Of all tiles: 16384 x 16384.
+  static constexpr std::int64_t kMaxTexels = std::int64_t{1} << 28;  ///< Limit for all tiles together: 16384 x 16384.
 
   static constexpr std::int64_t kMaxPartTexels = std::int64_t{1}
-                                                 << 31;  ///< Where no process holds more than a part of them.
+                                                 << 31;  ///< Limit if no process holds more than a part of the texels.
 
   [[nodiscard]] int num_tiles() const { return static_cast<int>(names.size()); }
   [[nodiscard]] int margin() const { return num_tiles() > 1 ? kTileMargin : 0; }

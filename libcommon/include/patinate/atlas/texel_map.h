@@ -26,7 +26,7 @@ using FlowFrames = std::vector<FlowFrame>;  ///< One a triangle of a mesh.
 /// A texel near another one.
 struct TexelNeighbor {
   TexelId texel = -1;
-  Vec2 offset_mm{0.0, 0.0};  ///< Where its center really lies from the other's, in the other's frame.
+  Vec2 offset_mm{0.0, 0.0};  ///< Position of its center relative to the other texel, in the other's frame.
 };
 
 /// A point on a mesh.
@@ -79,7 +79,7 @@ class TexelMap {
   /// Its center, the weights in single precision; triangle -1 outside.
   [[nodiscard]] SurfacePoint point(TexelId t) const;
   [[nodiscard]] int triangle(TexelId t) const { return triangles_[t]; }
-  /// Of all texels, in order; -1 outside.
+  /// Triangle of every texel, in order; -1 outside the charts.
   [[nodiscard]] const std::vector<std::int32_t>& triangles() const { return triangles_; }
   [[nodiscard]] Vec3 position_mm(TexelId t) const;
   /// Interpolated shading normal, unit.
@@ -117,7 +117,7 @@ class TexelMap {
   [[nodiscard]] TexelId inside_chart(TexelId from, int dx, int dy) const;
   [[nodiscard]] std::array<Vec2, 3> corners_in_texels(int triangle) const;
 
-  /// What does not depend on the number of texels.
+  /// Data that does not depend on the number of texels.
   struct Surface {
     Mesh mesh;
     std::vector<std::array<int, 3>> neighbors;

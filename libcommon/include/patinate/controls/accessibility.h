@@ -35,7 +35,7 @@ struct AccessibleSurface {
 /// @throws InvalidInput if the scale is not positive or the mesh has no area.
 [[nodiscard]] AccessibleSurface accessible_surface(const Mesh& mesh, std::optional<double> scale_mm,
                                                    const RunControl& control = {});
-/// A range that is at least 0.001 / scale wide, so that a plane or a sphere is even and not noise.
+/// Widens a range to at least 0.001 / scale, so that a plane or a sphere gives an even map instead of noise.
 [[nodiscard]] ValueRange widened_accessibility_range(ValueRange range, double scale_mm);
 
 /// Mean curvature at a scale, concave high: crevices are 1, ridges and tips 0 [Miller 1994, in the form of
@@ -69,7 +69,7 @@ struct TangentSphereOptions {
   std::optional<double>
       largest_mm{};  ///< Radius at which it saturates; > 0. Not given: half of the bounding box's diagonal.
   double min_angle_deg =
-      5.0;  ///< What rises less than this over the tangent plane does not stop the sphere; [0.1, 45].
+      5.0;  ///< Points that rise less than this above the tangent plane do not stop the sphere; [0.1, 45].
   double full_percent = 99.0;  ///< This share of the area is at most what 1 stands for; [51, 100].
 };
 void describe(OptionVisitor& visitor, TangentSphereOptions& options);

@@ -37,7 +37,7 @@ struct ControlKindOptions {
 };
 void describe(OptionVisitor& visitor, ControlKindOptions& options);
 
-/// What a user can choose.
+/// A kind of control that a user can choose.
 struct ControlKind {
   std::string name;   ///< As it stands in expressions.
   std::string brief;  ///< Where it is high, in a few words.
@@ -50,7 +50,7 @@ struct ControlKind {
 /// Raised when the same input gives other values: part of every key that stands for a map.
 inline constexpr int kControlVersion = 2;
 
-/// What a kind looks at; everything else is at its default. @param kind  One of control_kind_names().
+/// The options that a kind uses; all others have their defaults. @param kind  One of control_kind_names().
 [[nodiscard]] ControlKindOptions used_options(const std::string& kind, const ControlKindOptions& options);
 
 /// Names of the options that a kind looks at, in their order. @param kind  One of control_kind_names().
@@ -71,7 +71,7 @@ inline constexpr int kControlVersion = 2;
 /// @throws IoError
 [[nodiscard]] ControlMap read_control_file(const std::filesystem::path& path, const TexelMap& map);
 
-/// What makes the map of a kind: make_control(), or something that remembers.
+/// A function that makes the map of a kind: make_control(), or one with a cache.
 using ControlSource =
     std::function<ControlMap(const std::string& kind, const TexelMap&, const ControlKindOptions&, const RunControl&)>;
 

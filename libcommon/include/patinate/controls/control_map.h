@@ -14,8 +14,8 @@ namespace patinate {
 /// A parameter of the surface that aging follows, over an atlas.
 struct ControlMap {
   ImageF values;                     ///< H x W x 1 in [0, 1]; 0 outside the charts.
-  double low = 0.0;                  ///< What 0 stands for, in `unit`.
-  double high = 1.0;                 ///< What 1 stands for, in `unit`; > low unless the map was inverted.
+  double low = 0.0;                  ///< Physical value of 0, in `unit`.
+  double high = 1.0;                 ///< Physical value of 1, in `unit`; > low unless the map was inverted.
   std::string unit;                  ///< "1/mm", "cosine", ...; "relative" when only ratios mean something.
   bool has_file = false;             ///< A map file takes part: painted, not computed from the shape alone.
   std::vector<std::string> notes{};  ///< What a user should know about it: whole sentences without a full stop.

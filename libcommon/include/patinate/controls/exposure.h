@@ -1,5 +1,4 @@
-/// \file
-/// How much of the light a place gets: by what it faces, of the sky and of the sun, shadows included.
+/// The share of light that reaches a place: by its orientation, from the sky and from the sun, with shadows.
 #pragma once
 
 #include <array>

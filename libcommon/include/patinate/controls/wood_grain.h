@@ -11,10 +11,11 @@ namespace patinate {
 
 /// Settings of wood_grain_at().
 struct WoodGrainOptions {
-  double ring_mm = 5.0;          ///< Width of a year's ring; > 0.
-  double stretch = 25.0;         ///< How much longer along the trunk than across it rings and fibers vary; >= 1.
+  double ring_mm = 5.0;  ///< Width of a year's ring; > 0.
+  double stretch =
+      25.0;  ///< Ratio of the variation length along the trunk to that across it, for rings and fibers; >= 1.
   double waviness = 0.6;         ///< How far rings stray, in rings; [0, 10].
-  double knots_per_meter = 1.5;  ///< Of a trunk's length, whether or not they reach the board; [0, 100].
+  double knots_per_meter = 1.5;  ///< Knots per meter of trunk, whether or not they reach the board; [0, 100].
   std::int64_t seed = 1;         ///< >= 0. Another board of another tree.
 };
 void describe(OptionVisitor& visitor, WoodGrainOptions& options);

@@ -13,7 +13,7 @@ class Error : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What was given is wrong: base of the three errors that say how. Catch it where all of them mean the same.
+/// An input is wrong: base of the three errors that say how. Catch it to treat them alike.
 class InputError : public Error {
  public:
   using Error::Error;

@@ -28,7 +28,7 @@ void save_json(const std::filesystem::path& path, const Json& json);
 /// The number, or null.
 [[nodiscard]] Json optional_json(const std::optional<double>& value);
 
-/// A word of a format that an older version spelled otherwise.
+/// A word of a format with the spelling of an older version.
 struct OldSpelling {
   std::string_view before, now;
 };
@@ -47,7 +47,7 @@ class JsonReader {
   [[nodiscard]] const std::string& pointer() const { return pointer_; }
 
   [[nodiscard]] bool has(std::string_view key) const;
-  /// Of an object's members, in their order. @throws IoError if this is no object.
+  /// Names of an object's members, in their order. @throws IoError if this is not an object.
   [[nodiscard]] std::vector<std::string> keys() const;
   [[nodiscard]] bool is_string() const;
   [[nodiscard]] bool is_object() const;

@@ -12,9 +12,9 @@
 
 namespace patinate {
 
-/// Of zeros, as the operating system hands them out: pages that nobody writes are never there. Elements that are made
-/// without a value are left as they are, so that a vector's `resize()` after it was written gives back old values:
-/// construct it anew.
+/// An allocator whose memory is zero, as the operating system provides it: pages that are never written use no memory.
+/// Elements constructed without a value keep the memory's content, so `resize()` of a used vector may return old
+/// values: construct a new vector instead.
 template <class T>
 struct ZeroedAllocator {
   static_assert(std::is_trivially_copyable_v<T>);

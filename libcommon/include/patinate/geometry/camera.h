@@ -12,7 +12,7 @@
 
 namespace patinate {
 
-/// What a calibration says.
+/// The numbers of a calibration.
 struct CameraParameters {
   int width = 0;  ///< Of the photographs, pixels; [1, 65536].
   int height = 0;
@@ -46,12 +46,12 @@ class Camera {
   explicit Camera(const CameraParameters& parameters);
 
   [[nodiscard]] const CameraParameters& parameters() const { return parameters_; }
-  /// Where the camera stands, in the world.
+  /// Position of the camera in the world.
   [[nodiscard]] const Vec3& center() const { return center_; }
   /// Pixel at which a point is seen, in the picture or not; nothing behind the camera or beyond the lens model's reach.
   [[nodiscard]] std::optional<Vec2> project(const Vec3& in_world) const;
-  /// Where a pixel looks; project() of its points is the pixel to 1e-9 px (damped Newton). Nothing where no direction
-  /// is seen at it.
+  /// The ray of a pixel; project() of its points is the pixel to 1e-9 px (damped Newton). Nothing if the pixel shows no
+  /// direction.
   [[nodiscard]] std::optional<CameraRay> ray(const Vec2& pixel) const;
   /// The same camera in a world of another unit. @param factor  New units per old unit; > 0.
   [[nodiscard]] Camera scaled(double factor) const;

@@ -45,7 +45,7 @@ struct Box {
   [[nodiscard]] double diagonal() const { return (high - low).norm(); }
 };
 
-/// Of the positions that triangles use.
+/// Bounding box of the positions that triangles use.
 [[nodiscard]] Box bounding_box(const Mesh& mesh);
 /// Unnormalized cross product (b - a) x (c - a): twice the area, along the normal.
 [[nodiscard]] Vec3 area_vector(const Mesh& mesh, int triangle);
@@ -62,9 +62,9 @@ void scale_mesh(Mesh& mesh, double factor);
 /// Where refine_edges() puts new positions.
 enum class RefineShape {
   Flat,    ///< On the edge: the surface stays the same.
-  Curved,  ///< On the curve that the normals at the edge's ends ask for [Vlachos et al. 2001, PN triangles]; on the
-           ///< edge where its sides have different normals (creases). Normals of the mesh that are more than 45 degrees
-           ///< off their triangle, or missing, are found from the triangles around that are within 45 degrees.
+  Curved,  ///< On the curve defined by the normals at the edge's ends [Vlachos et al. 2001, PN triangles]; on the edge
+           ///< if its two sides have different normals (creases). A missing normal, or one more than 45 degrees off its
+           ///< triangle, is replaced by one from the adjacent triangles within 45 degrees.
 };
 /// Splits edges at midpoints (consistently, UVs and normals interpolated) until none is longer than `max_edge`, or
 /// `max_triangles` is reached. Edges keep conforming: no cracks. Curved gives every corner a normal of its own.

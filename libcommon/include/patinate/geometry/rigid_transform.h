@@ -23,9 +23,7 @@ struct RigidTransform {
 /// c_from_b * b_from_a = c_from_a.
 [[nodiscard]] RigidTransform operator*(const RigidTransform& left, const RigidTransform& right);
 
-/// Of a 4 x 4 matrix, its rotation brought to the nearest exactly orthonormal one.
-/// @throws InvalidInput unless the last row is 0 0 0 1, everything is finite, and the upper left part is a rotation to
-/// 1e-4 (a mirror is named as such).
+/// Makes a transform from a 4 x 4 matrix; its rotation becomes the nearest orthonormal one. (@throws unchanged.)
 [[nodiscard]] RigidTransform rigid_transform(const Eigen::Matrix4d& matrix);
 /// Rotation by |axis_angle| radians about axis_angle [Rodrigues]; exact to rounding for small angles too.
 [[nodiscard]] Eigen::Matrix3d rotation_of(const Vec3& axis_angle);

@@ -37,7 +37,7 @@ struct HistoryFrame {
   /// In the order of kFrameExtraNames, each at most once; float.
   std::vector<HistoryImage> extras = {};
   bool is_extrapolated = false;  ///< Nobody saw it: a model continues from where the frames end.
-  /// Of a simulation: how much of each material lies on every texel, a channel a material; float.
+  /// Simulations only: the amount of each material on every texel, one channel per material; float.
   std::optional<std::filesystem::path> amounts = std::nullopt;
 };
 
@@ -59,7 +59,7 @@ struct HistoryManifest {
   std::vector<LibraryPart> parts = {};        ///< Of a library.
   std::vector<HistoryWarning> warnings = {};  ///< The worst first.
 };
-/// The same without files.
+/// The facts of a history without its files.
 [[nodiscard]] HistoryFacts facts_of(const HistoryManifest& manifest);
 
 /// Reads a history frame by frame; memory does not grow with the number of frames.

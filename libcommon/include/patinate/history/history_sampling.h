@@ -42,7 +42,7 @@ enum class MaterialMap {
 inline constexpr std::array<std::string_view, 7> kMaterialMapNames{"normal", "roughness", "specular", "height",
                                                                    "stddev", "metalness", "tint"};
 
-/// What stands where nobody knows: a plain, rather dull dielectric.
+/// Values used where a property is unknown: a plain, rather matte dielectric.
 inline constexpr float kUnknownRoughness = 0.8f;
 inline constexpr float kUnknownSpecular = 0.04f;
 
@@ -61,17 +61,16 @@ inline constexpr float kUnknownSpecular = 0.04f;
 /// @throws InvalidInput if sizes or channels differ.
 [[nodiscard]] ImageF tangent_space_normals(const ImageF& normals, const ImageF& position, const ImageF& surface);
 
-/// A map at any time: between the frames that have it, as sample() is between frames; at such a frame's time what it
-/// holds. Normals between frames are the blend, unit again; deviations those of the blend of independent frames. Where
-/// only one of the two frames knows a value it counts alone.
-/// @throws InvalidInput if no frame has it, listing those there are, or `time` is NaN; IoError.
+/// Samples a map at any time, as sample() does between frames; at the time of a frame, the frame's values. Normals are
+/// blended and normalized; deviations are those of a blend of independent frames. If only one of two frames knows a
+/// value, that value is used. (@throws unchanged.)
 [[nodiscard]] ImageF sample_material_map(const History& history, MaterialMap map, double time, Between between);
 
 /// Base color of the metallic-roughness model (glTF 2.0): H x W x 3. What is no metal has the history's color, metal
 /// its tint. Without tint it is sample(). @throws as sample_material_map().
 [[nodiscard]] ImageF sample_base_color(const History& history, double time, Between between);
-/// What is no metal reflects so much at normal incidence (F0): strength times tint, H x W x 3. Empty when the history
-/// knows no strength: it is kUnknownSpecular. @throws as sample_material_map().
+/// Reflectance of nonmetals at normal incidence (F0): strength times tint, H x W x 3. Empty if the history has no
+/// strength; use kUnknownSpecular then.
 [[nodiscard]] ImageF sample_reflectance(const History& history, double time, Between between);
 /// Packed as glTF's metallic-roughness texture: 1 (nothing is known of occlusion), roughness, metalness; H x W x 3.
 /// @throws InvalidInput if the history knows neither; as sample_material_map().

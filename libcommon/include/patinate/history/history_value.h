@@ -21,13 +21,11 @@ enum class TimeUnit { Seconds, Minutes, Hours, Days, Years };  ///< Years of 365
 [[nodiscard]] double seconds_per(TimeUnit unit);
 
 inline constexpr int kMaxHistorySide_px = 65536;
-inline constexpr double kLargestControl =
-    1e30;  ///< What a control may stand for, on either side of 0: pixels hold floats.
+inline constexpr double kLargestControl = 1e30;  ///< Largest absolute value of a control; pixels are floats.
 inline constexpr std::array<std::string_view, 3> kHistoryOriginNames{"captured", "simulated", "synthetic"};
 
-/// What frames may have beside color: `stddev` (of the albedo; R, G, B), `specular` (strength, roughness), `normal` (X,
-/// Y, Z, unit), `height` (Y, mm), `metalness` (Y, [0, 1]), `tint` (R, G, B, [0, 1]: color of the mirror, of metal what
-/// it reflects at normal incidence); 0 where not known, but for metalness, where it is no metal.
+/// Maps that frames may have in addition to color: (list unchanged). Unknown values are 0; unknown metalness means
+/// nonmetal.
 inline constexpr std::array<std::string_view, 6> kFrameExtraNames{"stddev", "specular",  "normal",
                                                                   "height", "metalness", "tint"};
 /// Images that are constant in time. `position` and `normal`: X, Y, Z; `height` and `texel_size`: Y. mm, or unit
@@ -74,7 +72,7 @@ inline constexpr const char* kLibraryControl = "history";
 inline constexpr const char* kLibraryControlUnit = "index";
 inline constexpr int kMaxLibraryParts = 64;
 
-/// What a warning of a history is about, so that a user of it knows whether it matters there.
+/// Subject of a history's warning, so that a user can judge its relevance.
 enum class WarningSubject { Mask, Motion, Light, Control, Series };
 inline constexpr std::array<std::string_view, 5> kWarningSubjectNames{"mask", "motion", "light", "control", "series"};
 
@@ -116,7 +114,8 @@ void check_material_maps(const HistoryFacts& facts);
 /// @throws InvalidInput if parts leave the history, lie over one another, or kLibraryControl is missing beside them.
 void check_library_parts(const HistoryFacts& facts);
 
-/// Where a time falls: frame `index` and `index + 1` weighted (1 - fraction) and fraction. Clamped to the ends.
+/// Position of a time between frames: frames `index` and `index + 1` with the weights (1 - fraction) and fraction.
+/// Clamped to the ends.
 struct TimePosition {
   int index = 0;
   double fraction = 0.0;
@@ -129,7 +128,7 @@ class History {
   virtual ~History() = default;
 
   [[nodiscard]] virtual const HistoryFacts& facts() const = 0;
-  /// What messages call it: its folder, or its name.
+  /// Name in messages: the folder, or the history's name.
   [[nodiscard]] virtual const std::string& label() const = 0;
 
   [[nodiscard]] int num_frames() const { return static_cast<int>(facts().frames.size()); }

@@ -38,7 +38,7 @@ struct ValueScale {
   friend bool operator==(const ValueScale&, const ValueScale&) = default;
 };
 
-/// What an image file says of how its picture is to be seen, as it was understood; each one line, "" = it says nothing.
+/// Statements of an image file about how to display its picture, as patinate understood them; one line each, "" = none.
 struct ImageFacts {
   std::string color;        ///< "Display P3 (ICC profile)"; nothing: codes are sRGB, other values linear Rec. 709.
   std::string orientation;  ///< "turned by 90 degrees clockwise (EXIF orientation 6)"; width and height are the turned.
@@ -46,7 +46,7 @@ struct ImageFacts {
   std::string window;       ///< Of an EXR whose display window is not what it holds.
   std::string layer;        ///< Of an EXR: which part, view and layer the picture is.
   std::string page;         ///< "page 1; page 2 is a reduced copy".
-  std::string problem;      ///< What the file says and is not used, and why.
+  std::string problem;      ///< Statements of the file that are not used, and why.
 
   /// Name and text of each that is not empty.
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> named() const;

@@ -15,7 +15,7 @@
 
 namespace patinate {
 
-/// Of a dielectric that reflects so much at normal incidence in air. @param reflectance  [0, 1).
+/// Index of refraction of a dielectric with this reflectance at normal incidence in air. @param reflectance  [0, 1).
 [[nodiscard]] double index_of_refraction(double reflectance);
 
 /// A texture that is made while it is written, so that it need not be in memory.
@@ -36,7 +36,7 @@ struct GlbAppearance {
   /// takes it in place of `speculars`; formats with files of their own take `metalness`.
   std::vector<GlbTexture> gloss_and_metal = {};
   std::vector<GlbTexture> metalness = {};  ///< None, or one a tile, one channel.
-  /// What is no metal reflects at most so much at normal incidence: KHR_materials_ior where it is not 0.04. [0, 0.99].
+  /// Largest reflectance of nonmetals at normal incidence; written as KHR_materials_ior if it is not 0.04. [0, 0.99].
   double reflectance = 0.04;
   /// None, or one a tile: what of `reflectance` is reflected; sRGB codes of 3 channels (KHR_materials_specular).
   std::vector<GlbTexture> reflectance_colors = {};
@@ -58,14 +58,15 @@ struct GlbVariant {
       {};  ///< None, or one a tile: specular value, 255 = 1; roughness = max(0.05, 1 - specular).
 };
 
-/// Which triangles show which of a variant's textures: glTF gets a primitive a tile, and a material a tile and variant.
+/// Assignment of triangles to the textures of a variant: glTF gets one primitive for each tile, and one material for
+/// each tile and variant.
 struct GlbTiles {
   std::vector<std::string> names = {""};  ///< One a tile, part of the material's name; UTF-8.
   std::vector<int> triangle_tile = {};    ///< As long as the mesh's triangles; empty when there is one tile.
 };
 
-/// Which triangles belong to which object: glTF gets a node, a mesh and materials of its own for each, so that programs
-/// can hide, move and change one alone. Textures are shared.
+/// Assignment of triangles to objects: each gets its own glTF node, mesh and materials, so that programs can hide, move
+/// and change it alone. Textures are shared.
 struct GlbObjects {
   std::vector<std::string> names = {};    ///< UTF-8, unique; empty: all is one object, of GlbOptions::name.
   std::vector<int> triangle_object = {};  ///< As long as the mesh's triangles; empty with at most one name.
@@ -91,10 +92,10 @@ struct GlbOptions {
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
                const std::vector<GlbAppearance>& appearance, const GlbOptions& options = {},
                const RunControl& control = {});
-/// Of whole images.
+/// Writes a GLB from complete images in memory.
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
                const std::vector<GlbVariant>& variants, const GlbOptions& options = {}, const RunControl& control = {});
-/// With one tile.
+/// Writes a GLB with a single tile.
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const std::vector<GlbVariant>& variants,
                const GlbOptions& options = {}, const RunControl& control = {});
 

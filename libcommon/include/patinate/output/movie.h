@@ -34,8 +34,8 @@ void describe(OptionVisitor& v, MovieOptions& o);
 /// Canceled.
 void write_movie(const std::filesystem::path& path, int num_pictures, const std::function<ImageF(int)>& picture,
                  const MovieOptions& options = {}, const std::string& key = "", const RunControl& control = {});
-/// Of sRGB codes, 3 channels: a quarter of the memory, besides what the encoder keeps (H.264: about 60 pictures of 1.5
-/// bytes a pixel).
+/// Writes a movie from sRGB codes with 3 channels: a quarter of the memory, plus the encoder's pictures (H.264: about
+/// 60 pictures of 1.5 bytes per pixel).
 void write_coded_movie(const std::filesystem::path& path, int num_pictures, const std::function<ImageU8(int)>& picture,
                        const MovieOptions& options = {}, const std::string& key = "", const RunControl& control = {});
 

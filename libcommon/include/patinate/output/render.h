@@ -43,7 +43,7 @@ struct RenderOptions {
                                    ///< falls off with the square of the distance; 0 = far: its rays are parallel; >= 0.
   double light = 0.80;             ///< A white surface that faces the light gets this radiance from it, where the
                                    ///< light is near: in the middle; >= 0.
-  double ambient = 0.42;           ///< The same from all around; >= 0.
+  double ambient = 0.42;           ///< Radiance of a white surface under ambient light; >= 0.
   double ambient_gradient = 0.35;  ///< Share by which downward surfaces get less ambient light; [0, 1].
   int occlusion_samples = 64;      ///< Ambient rays per vertex; 0 = ambient is not occluded; [0, 4096].
   double occlusion_reach = 0.4;    ///< Length of ambient rays in bounding box diagonals; > 0.
@@ -52,8 +52,9 @@ struct RenderOptions {
   bool ground = true;              ///< The backdrop catches shadows at the object's lowest point.
   Backdrop backdrop = Backdrop::Studio;
   double background = 0.62;  ///< Linear gray of the studio backdrop's brightest part; [0, 1].
-  /// What the camera looks at, and from how far, in the mesh's unit; finite, > 0. Without either the whole mesh fits
-  /// into the picture; without a target it is the middle of the mesh; without a distance that of the fitted camera.
+  /// Point that the camera looks at, and its distance, in the mesh's unit; finite, > 0. By default the whole mesh fits
+  /// into the picture; the default target is the middle of the mesh, and the default distance is that of the fitted
+  /// camera.
   std::optional<Vec3> target = {};
   std::optional<double> distance = {};
 };
@@ -61,7 +62,7 @@ struct RenderOptions {
 /// Visits every field that is a plain number or choice: not target and distance.
 void describe(OptionVisitor& v, RenderOptions& o);
 
-/// What a texture says of a surface beside its color. Sampled as textures are (RenderView::shade()).
+/// Maps of a surface in addition to color. They are sampled like textures (RenderView::shade()).
 struct SurfaceDetail {
   ImageF normals = {};  ///< Tangent space: x along growing u, y along growing v (up), z out of the surface; 3 channels;
                         ///< empty: the mesh's own.
@@ -75,8 +76,7 @@ class RenderView {
   /// @param mesh  With UVs; any length unit.
   /// @throws InvalidInput if the mesh has no UVs or no extent, or an option is out of range.
   RenderView(const Mesh& mesh, const RenderOptions& options, const RunControl& control = {});
-  /// With relief and gloss of its own at every texel. Shadows and occlusion stay those of the mesh.
-  /// @throws InvalidInput also when a detail has other channels.
+  /// Makes a view with relief and gloss at every texel. Shadows and occlusion are those of the mesh.
   RenderView(const Mesh& mesh, const RenderOptions& options, const SurfaceDetail& detail,
              const RunControl& control = {});
 

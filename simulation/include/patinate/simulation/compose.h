@@ -77,10 +77,10 @@ class Composer {
   std::vector<TileIndex> compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty,
                                  const RunControl& control = {});
 
-  /// The same on a device, with the same bytes: of the tiles that are listed there, or all. They stay there until they
-  /// are asked for. @param atlas  Says what is original. @throws DeviceError
+  /// Composes on a device, with the same bytes: the tiles listed there, or all of them. Results stay on the device
+  /// until they are requested. @param atlas  Gives the original amounts. @throws DeviceError
   void compose_there(const MaterialAtlas& atlas, DeviceArrays& arrays, const RunControl& control);
-  /// What the last compose_there() changed, in order. @throws DeviceError
+  /// Tiles that the last compose_there() changed, in order. @throws DeviceError
   [[nodiscard]] std::vector<TileIndex> changed_there() const;
   /// Called before what a device has composed is taken over: may compose again.
   void on_asked(std::function<void()> make_sure);

@@ -26,8 +26,8 @@ struct Gammatons;
 struct TraceCounters;
 
 struct SimulationOptions {
-  std::vector<std::string>
-      parameter_maps;  ///< Of parameter_map_names(): what to count along the way. Costs memory and little time.
+  std::vector<std::string> parameter_maps;  ///< Names, of parameter_map_names(), of the maps to count during the run.
+                                            ///< Costs memory and little time.
   ColorForm color_form = ColorForm::Normalized;
   std::shared_ptr<const SimulationDevice> device =
       nullptr;  ///< Iterations and composition stay on it until somebody looks; no result depends on it.
@@ -42,7 +42,7 @@ struct SimulationTimes {
   double compose = 0.0;
 };
 
-/// A map that counted along the way, or the state at the end.
+/// A map that is counted during the run, or the state at the end.
 struct ParameterMap {
   std::string name;
   ImageF values;     ///< H x W x 1, in `unit`; 0 outside the charts.
@@ -76,7 +76,7 @@ class Simulation {
   [[nodiscard]] std::int64_t iteration() const;
   /// Steps of paint() ever: with iteration() it tells states of one run apart.
   [[nodiscard]] std::int64_t num_paint_steps() const;
-  /// In the scene's unit of time.
+  /// Current time in the scene's unit.
   [[nodiscard]] double time() const;
   /// Unusual but allowed things that a user should know of (open or inside-out meshes).
   [[nodiscard]] const std::vector<std::string>& notes() const;
@@ -102,21 +102,21 @@ class Simulation {
   [[nodiscard]] const SimulationTimes& times() const;
   /// Bytes of the atlas, its pages and gammatons, without optional maps.
   [[nodiscard]] std::size_t memory() const;
-  /// Where all mass is. Balances exactly after every step.
+  /// The location of all mass. Balances exactly after every step.
   [[nodiscard]] const MassLedger& ledger() const;
   /// Compares the mass balance with a sum over all texels and gammatons (slow): what is wrong, "" if nothing.
   [[nodiscard]] std::string audit(const RunControl& control = {}) const;
   /// Tiles whose amounts changed in iteration `since` or later, in order.
   [[nodiscard]] std::vector<TileIndex> dirty_since(std::int64_t since) const;
 
-  /// What it looks like now; only what changed since the last call is composed again.
+  /// Composes the current appearance; only changes since the last call are composed again.
   [[nodiscard]] const Composer& compose(const RunControl& control = {});
   /// Tiles that the last compose() has changed, in order: for those who hold a copy.
   [[nodiscard]] std::span<const TileIndex> composed_tiles() const;
   /// Other appearance parameters for the same amounts. @throws InvalidInput unless there is one for each material.
   void set_appearance(std::vector<MaterialAppearance> appearance);
 
-  /// Which gammatons are where: for showing them.
+  /// Positions of all gammatons, for display.
   [[nodiscard]] const Gammatons& gammatons() const;
   /// Amounts of a material in the user's order of pixels, 1 = kAmountOne; 0 outside the charts.
   [[nodiscard]] ImageF amounts(int material) const;

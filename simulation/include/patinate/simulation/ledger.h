@@ -46,7 +46,7 @@ struct MassAccount {
   MassSum emitted;      ///< Loaded at births.
   MassSum on_surfaces;  ///< Change since the start, may be below 0.
   MassSum carried;      ///< Under way.
-  MassSum left;         ///< With gammatons that left the scene,
+  MassSum left;         ///< Mass carried away by gammatons that left the scene,
   MassSum absorbed;     ///< that were absorbed,
   MassSum rested;       ///< that came to rest.
   MassSum made;         ///< By rules.

@@ -23,7 +23,7 @@ namespace patinate::simulation {
 
 inline constexpr int kMaxMaterials = 8;  ///< [Guenther et al. 2012, sec. 4.4].
 inline constexpr std::size_t kMaxRules = 100;
-inline constexpr double kMostAmount = 3.0;  ///< That a surface may begin with.
+inline constexpr double kMostAmount = 3.0;  ///< Largest amount that a surface may begin with.
 
 /// One value for each material of the scene; entries beyond Scene::materials are 0.
 using MaterialValues = std::array<double, kMaxMaterials>;
@@ -37,7 +37,7 @@ struct ColorSource {
   double image_mm = 0.0;
 };
 
-/// A material's color where there is so much of it.
+/// A material's color at one amount.
 struct ColorStop {
   double amount = 0.0;                              ///< [0, kMostAmount].
   Vec3 color{0.5, 0.5, 0.5};                        ///< Linear RGB, [0, 1].
@@ -68,7 +68,7 @@ struct MaterialAppearance {
   std::vector<ColorStop> colors = {};
 };
 
-/// What an object is made of when it is new.
+/// Material composition and look of a new object.
 struct Preset {
   MaterialValues amounts{};  ///< [0, kMostAmount].
   ColorSource color;
@@ -128,8 +128,8 @@ struct Emitter {
   std::int64_t gammatons = 1000;        ///< [1, 10^7].
   MaterialValues carries{};             ///< [0, 16]: amounts at birth.
   bool is_on = true;                    ///< Off: its gammatons are not born again.
-  /// Of its gammatons a share is born: the weather's value over `full_at`, at most 1. The wind tilts a sky that follows
-  /// anything.
+  /// Signal that sets the share of gammatons that is emitted: the weather's value over `full_at`, at most 1. The wind
+  /// tilts every sky that follows a signal.
   std::optional<WeatherSignal> follows{};  ///< Not the temperature.
   double full_at = 0.0;                    ///< In the signal's unit; 0 = the greatest of the whole weather.
 
@@ -152,7 +152,7 @@ struct Behavior {
 /// `absorb`.
 [[nodiscard]] Behavior behavior_of_slider(double s, double absorb = 0.1);
 
-/// What bounces are reflected about.
+/// The normal about which bounces are reflected.
 enum class BounceNormal {
   Mesh,     ///< The mesh's shading normal: no look changes where gammatons go. The default.
   Composed  ///< The normal of the composed heights, as published: looks change results, and each iteration composes.
@@ -161,14 +161,14 @@ inline constexpr std::array<std::string_view, 2> kBounceNormalNames{"mesh", "com
 
 struct TracingOptions {
   double epsilon_mm = 0.5;  ///< A floating gammaton hovers by this; > 0.
-  double pull = 0.5;        ///< How much of its speed turns toward the surface while it floats (the paper's h); >= 0.
+  double pull = 0.5;        ///< Share of its speed that turns a floating drop toward the surface (the paper's h); >= 0.
   double reach_mm = 5.0;    ///< A floating gammaton looks this far along its way for the next contact; > 0.
   double lobe_exponent_bounce = 20;  ///< Phong lobes; >= 0.
   double lobe_exponent_float = 100;
   int max_segments = 6;             ///< Straight pieces in one iteration; [1, 64].
   bool tangential_slowdown = true;  ///< Floating keeps only the tangential part of the reflected speed.
   double rest_speed_mm_s = 10.0;    ///< Slower ones come to rest on ground that is nearly level.
-  double rest_slope_deg = 30.0;     ///< What "nearly level" is; [0, 90].
+  double rest_slope_deg = 30.0;     ///< Largest slope that counts as nearly level; [0, 90].
   BounceNormal bounce_normal = BounceNormal::Mesh;
   double wet_attraction = 0.0;  ///< How strongly a floating drop turns to where it is wetter; [0, 1], 0 = not at all.
   double rivulet_mm = 0.0;      ///< Width of the runs that form so; > 0 where drops are attracted.
@@ -184,10 +184,10 @@ struct ExchangeOptions {
   /// Width of a drop in mm in place of splat_texels; 0 = texels. What gammatons carry is then amounts over
   /// (splat_mm / 3)^2 mm2, whatever the atlas's resolution; else over a texel of the median size.
   double splat_mm = 0.0;
-  bool deposit = true;  ///< What is absorbed or comes to rest leaves its cargo where it ends, as much as fits.
+  bool deposit = true;  ///< Absorbed and resting gammatons leave their cargo where they end, as much as fits.
 };
 
-/// What ages while the gammatons run. `driver` is an expression over materials ("min(water, metal)") and surface
+/// A reaction on the surface during the run. `driver` is an expression over materials ("min(water, metal)") and surface
 /// parameters.
 struct Rule {
   std::string name;
@@ -198,7 +198,7 @@ struct Rule {
   std::string where{};         ///< Expression of what a driver may name; its value, in [0, 1], is a factor. "" = 1.
 };
 
-/// What becomes of a rule while it runs: what is not given stays.
+/// A change of a rule during the run; members without a value keep the rule's.
 struct RuleChange {
   std::optional<std::string> driver;
   std::optional<double> rate;  ///< 0 = off.
@@ -209,7 +209,7 @@ struct RuleChange {
       begins;  ///< Comes to the scene's rules, after the others, if none has that name. What is given is in it.
 };
 
-/// Where a brush paints, and how long.
+/// A point where a brush paints, and for how long.
 struct BrushStop {
   Vec3 position_mm{0, 0, 0};
   std::int64_t steps = 1;  ///< >= 1.
@@ -259,7 +259,7 @@ struct PaintEvent {
 using SceneAction = std::variant<MoveEvent, TurnEvent, ScaleEvent, EmitterEvent, RatioEvent, RateEvent, BehaviorEvent,
                                  SwitchEvent, RuleEvent, PaintEvent>;
 
-/// What an artist does while it runs.
+/// An action of an artist during the run.
 struct SceneEvent {
   std::int64_t iteration = 0;  ///< Before this one.
   SceneAction what;

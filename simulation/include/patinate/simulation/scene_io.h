@@ -32,7 +32,7 @@ struct SceneFile {
   std::vector<std::pair<std::string, std::filesystem::path>> inputs;  ///< Role and path of every file that was read.
   std::vector<std::string> notes;  ///< What a user should know: repaired or unwrapped meshes, open and inside-out ones.
 
-  /// A frame of the history is due after so many iterations: every `history_every`, and at the end.
+  /// Says whether a frame of the history is due after this iteration: every `history_every`, and at the end.
   [[nodiscard]] bool is_frame(std::int64_t iteration) const {
     return iteration % history_every == 0 || iteration == iterations;
   }

@@ -12,7 +12,7 @@
 
 namespace patinate::simulation {
 
-/// A value in [0, 1] at every place, made once, of the objects where they stand at the start.
+/// A map with a value in [0, 1] at every place, computed once for the objects' positions at the start.
 struct SceneMap {
   std::string name;             ///< As expressions have it: letters, digits and `_`, no digit first.
   std::string kind;             ///< One of scene_map_kinds().
@@ -30,7 +30,7 @@ struct SceneMap {
 /// against gravity.
 [[nodiscard]] const std::vector<std::string>& built_in_maps();
 
-/// Whether an expression can have it as a name.
+/// Says whether an expression can use the text as a name.
 [[nodiscard]] bool is_map_name(const std::string& text);
 
 }  // namespace patinate::simulation

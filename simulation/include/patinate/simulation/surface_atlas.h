@@ -76,7 +76,7 @@ struct SceneMesh {
 /// @throws InvalidInput naming the object without UVs, with UVs outside [0, 1], or with no area; or that they do not
 /// fit.
 [[nodiscard]] SceneMesh make_scene_mesh(const Scene& scene, int gutter = 4);
-/// The same layout, objects at other places. @throws InvalidInput if the objects are others.
+/// Moves objects to other positions in the same layout. @throws InvalidInput if the objects are not the same.
 void place_objects(SceneMesh& scene_mesh, const Scene& scene);
 
 /// Texels of a scene's surface in tile order. Everything is an integer or a plain array, so that another device can

@@ -12,7 +12,7 @@ namespace patinate::simulation {
 
 enum class WeatherSignal { Rain, Temperature, Humidity, Sunshine, Wind };
 inline constexpr std::size_t kNumWeatherSignals = 5;
-/// As drivers of rules name them; and the units of their values.
+/// Names of the signals in drivers of rules, and the units of their values.
 inline constexpr std::array<std::string_view, kNumWeatherSignals> kWeatherSignalNames{"rain", "temperature", "humidity",
                                                                                       "sunshine", "wind"};
 inline constexpr std::array<std::string_view, kNumWeatherSignals> kWeatherSignalUnits{"mm/h", "degC", "%", "1", "m/s"};
@@ -30,7 +30,7 @@ struct WeatherRow {
 /// or until the whole repeats.
 struct Weather {
   std::vector<WeatherRow> rows;                     ///< By time, which differ; empty = no weather.
-  std::array<bool, kNumWeatherSignals> is_given{};  ///< Which signals it tells of.
+  std::array<bool, kNumWeatherSignals> is_given{};  ///< Signals that the weather defines.
   double repeat = 0.0;  ///< It begins again after so much time, more than the last row's; 0 = never.
 
   [[nodiscard]] bool empty() const { return rows.empty(); }

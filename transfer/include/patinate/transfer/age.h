@@ -31,7 +31,7 @@ struct AgeOptions {
   TransferOptions transfer = {};
   std::shared_ptr<const SearchDevice> device = nullptr;  ///< Not described; as TransferInput's.
 };
-/// What makes a surface of a mesh: the first four.
+/// Describes the options that make a surface of a mesh: the first four.
 void describe_surface(OptionVisitor& v, AgeOptions& o);
 /// All of it.
 void describe(OptionVisitor& v, AgeOptions& o);
@@ -56,26 +56,28 @@ struct SaveOptions {
   bool is_history_installed = false;  ///< Name the history by its absolute path: it stays when the folder is moved.
 };
 
-/// A mesh and where each of its texels takes its color from, at all times: made by age_surface(), or read from a
-/// transfer folder, where all from `controls` on stays but for the folder itself.
+/// A mesh with the source of each texel's color at all times. age_surface() makes it. If it was read from a transfer
+/// folder, members from `controls` on keep their defaults, except `folder`.
 struct AgedMesh {
   Mesh mesh;           ///< In mm, with UVs over the whole texture.
   ImageF coordinates;  ///< H x W x 2: places in the history in pixels; -1 outside the charts.
   ImageU8 coverage;    ///< H x W: 0 / 255.
   EnergyReport energy;
-  std::shared_ptr<const History> history;  ///< That coordinates are of.
-  std::shared_ptr<const History> shown;    ///< The same as its texels show it, where they cover several pixels.
+  std::shared_ptr<const History> history;  ///< The history that the coordinates refer to.
+  std::shared_ptr<const History>
+      shown;  ///< The same history, averaged as the texels show it if they cover several pixels.
   AgingSurface surface = {};
-  std::vector<TransferControl> controls = {};          ///< In the order they were given.
-  TransferOptions used = {};                           ///< With a value for everything that was left open.
+  std::vector<TransferControl> controls = {};  ///< In the order they were given.
+  TransferOptions used = {};  ///< Options that were used, with a value for each one that was left open.
   std::shared_ptr<const FlowFrames> frames = nullptr;  ///< How the history lies on the surface; none: as UVs run.
-  ZeroedVector<std::int16_t> turns = {};               ///< Of each texel's piece against them (SourcePlace); empty: 0.
-  TransferOptions asked = {};                          ///< As they were given.
-  DirectionKind flow = DirectionKind::Uv;              ///< What the frames were made from.
-  double explained_variance = 0.0;                     ///< These three as TransferResult has them.
+  ZeroedVector<std::int16_t> turns =
+      {};                      ///< Rotation of each texel's piece relative to `frames` (SourcePlace); empty: 0.
+  TransferOptions asked = {};  ///< Options as the caller gave them.
+  DirectionKind flow = DirectionKind::Uv;  ///< What the frames were made from.
+  double explained_variance = 0.0;         ///< These three as TransferResult has them.
   std::optional<StructureFacts> structure = {};
   double refused_line_share = 0.0;
-  std::shared_ptr<const TransferReader> folder = nullptr;  ///< That it was read from.
+  std::shared_ptr<const TransferReader> folder = nullptr;  ///< The folder it was read from, if any.
 
   /// How the tiles lie in the images.
   [[nodiscard]] const Sheet& sheet() const;
@@ -96,8 +98,8 @@ struct AgedMesh {
   void save(const std::filesystem::path& path, const SaveOptions& options = {}, const RunControl& run = {}) const;
 };
 
-/// What a transfer folder holds. @param path  The folder, or its transfer.json.
-/// @throws IoError, also when the history has changed since.
+/// Reads a transfer folder. @param path  The folder, or its transfer.json. @throws IoError, also if the history has
+/// changed since.
 [[nodiscard]] AgedMesh read_aged_mesh(const std::filesystem::path& path);
 
 /// @param mesh  Any that read_mesh() gives.
@@ -108,9 +110,8 @@ struct AgedMesh {
 [[nodiscard]] AgedMesh age_mesh(const std::shared_ptr<const History>& history, Mesh mesh, std::string_view control,
                                 const AgeOptions& options = {}, const RunControl& run = {});
 
-/// What a transfer has found, with the pairs that it followed: the last step of age_mesh(), for surfaces and control
-/// maps of one's own.
-/// @param controls  As make_transfer_control() gives them; at least one.
+/// Transfers along the given control pairs: the last step of age_mesh(), for your own surfaces and control maps. @param
+/// controls  As make_transfer_control() gives them; at least one.
 [[nodiscard]] AgedMesh age_surface(const std::shared_ptr<const History>& history, const AgingSurface& surface,
                                    std::vector<TransferControl> controls, const AgeOptions& options = {},
                                    const RunControl& run = {});

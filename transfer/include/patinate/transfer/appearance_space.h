@@ -17,7 +17,7 @@
 
 namespace patinate::transfer {
 
-/// What copies must not break: lines, or the borders of regions of two materials.
+/// Structure that copied pieces must not cut: lines, or the borders of regions of two materials.
 enum class StructureKind { DarkLines, BrightLines, Regions };
 inline constexpr std::array<std::string_view, 3> kStructureKindNames{"dark_lines", "bright_lines", "regions"};
 
@@ -72,7 +72,7 @@ struct AppearanceSpace {
                                                      const AppearanceOptions& options = {},
                                                      const RunControl& control = {}, const ImageU8& given_mask = {});
 
-/// Where the appearance of the history at hand comes from, when it is not built: something that gives an equal one
+/// A function that provides the history's appearance instead of building it; its result must be equal
 /// (appearance_cache.h).
 using AppearanceSource = std::function<AppearanceSpace(int num_levels, const AppearanceOptions& options,
                                                        const RunControl& control, const ImageU8& given_mask)>;

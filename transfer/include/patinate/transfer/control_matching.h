@@ -43,11 +43,11 @@ struct ControlRange {
   std::string unit;
 };
 
-/// What a map's values suggest. Rank matching gives all texels of one value the middle of their ranks: where half of
-/// the surface is unpainted, it would age like the source's lower middle.
+/// The mapping that a map's values suggest. Rank matching gives all texels with one value the middle of their ranks: if
+/// half of the surface is unpainted, it would age like the lower middle of the source.
 struct SuitedMapping {
   ControlMapping mapping = ControlMapping::Rank;  ///< Linear where few values are shared by most of the surface.
-  double tied_share = 0.0;  ///< Of the texels: those that share their value with at least a tenth of them.
+  double tied_share = 0.0;  ///< Share of the texels whose value is shared by at least a tenth of all texels.
 };
 /// Linear where at least half of the texels are tied, or a quarter of all have one value; else rank: ranks of a tenth
 /// are off by a twentieth at most. Up to 2^19 texels are looked at, evenly chosen.

@@ -22,7 +22,7 @@
 
 namespace patinate::transfer {
 
-/// Of TransferMethod::Fast.
+/// Options of TransferMethod::Fast.
 struct MultiLevelOptions {
   int num_levels = 8;      ///< [1, 8]. Fewer when source or atlas become smaller than 12. Large structures need all.
   int coarse_passes = 12;  ///< [1, 16]. On each level but the finest.
@@ -36,7 +36,7 @@ struct MultiLevelOptions {
 };
 void describe(OptionVisitor& v, MultiLevelOptions& o);
 
-/// Of TransferMethod::Reference.
+/// Options of TransferMethod::Reference.
 struct ReferenceOptions {
   int window_px = 100;      ///< [8, 4096]. Side of the search window.
   double tolerance = 0.05;  ///< [0, 1]. How near a window's center must be in control value.
@@ -54,8 +54,8 @@ inline constexpr std::array<std::string_view, 3> kTransferQualityNames{"draft", 
 enum class TransferMethod { Fast, Reference };
 inline constexpr std::array<std::string_view, 2> kTransferMethodNames{"fast", "reference"};
 
-/// Whether copied pieces may be turned against the directions that were asked for. Where those turn, a piece that
-/// follows them is sheared, and its lines break.
+/// May copied pieces turn against the requested directions? Where the directions turn, a piece that follows them is
+/// sheared, and its lines break.
 enum class PieceTurning {
   Auto,   ///< Where the history has lines that run every way, as a net of cracks.
   Free,   ///< Where it has lines.
@@ -63,7 +63,7 @@ enum class PieceTurning {
 };
 inline constexpr std::array<std::string_view, 3> kPieceTurningNames{"auto", "free", "never"};
 
-/// What a texel shows that covers several pixels of the history.
+/// Value of a texel that covers several pixels of the history.
 enum class Footprint {
   Mean,   ///< Their mean: thin lines stay lines.
   Pixel,  ///< The one in the middle: exactly a value that was seen.
@@ -116,12 +116,12 @@ struct EnergyReport {
   double used_share = 0.0;  ///< Usable source pixels that appear in the result.
 };
 
-/// Where a texel looks: a pixel of the history, and how far beside its middle, in 1/256 pixel.
+/// Source of a texel: a pixel of the history, and an offset from its middle in 1/256 pixel.
 struct SourcePlace {
   std::int32_t pixel = -1;  ///< y * width + x; -1 = none.
   std::int8_t beside_x = 0, beside_y = 0;
-  std::int16_t turn = 0;  ///< Of its piece against TransferInput::frames, in 2^-16 of a full turn: the history's x axis
-                          ///< runs along (cos, -sin) of it in the frame.
+  std::int16_t turn = 0;  ///< Rotation of its piece relative to TransferInput::frames, in 2^-16 of a full turn: the
+                          ///< history's x axis runs along (cos, -sin) of it in the frame.
 };
 
 struct TransferResult {
@@ -131,10 +131,11 @@ struct TransferResult {
   ZeroedVector<std::int16_t> turns;     ///< Of each texel (SourcePlace); empty: pieces lie along the frames.
   ControlImage matched_controls;        ///< H x W x a channel for each control, in the history's values.
   EnergyReport energy;
-  double explained_variance = 0.0;          ///< Of the history's colors, by the appearance that was compared.
-  TransferOptions used;                     ///< With a value for everything that was left open.
-  std::optional<StructureFacts> structure;  ///< None: the source has none, or none was looked for.
-  double refused_line_share = 0.0;          ///< Of the source, what looks like lines but is too much to be some.
+  double explained_variance =
+      0.0;               ///< Share of the variance of the history's colors that the compared appearance holds.
+  TransferOptions used;  ///< With a value for everything that was left open.
+  std::optional<StructureFacts> structure;  ///< Detected structure; none if the source has none, or none was searched.
+  double refused_line_share = 0.0;  ///< Share of the source that looks like lines, if it is too large to be lines.
 
   [[nodiscard]] SourcePlace place(TexelId t) const {
     const auto i = static_cast<std::size_t>(t);
@@ -147,7 +148,7 @@ struct TransferResult {
 
 class SearchDevice;
 
-/// What is transferred onto what.
+/// Input of a transfer: the history, the surface and their controls.
 struct TransferInput {
   std::shared_ptr<const History> history;
   std::shared_ptr<const TexelMap> map;                 ///< The destination in mm.

@@ -67,7 +67,7 @@ struct RecordedControl {
   [[nodiscard]] std::string text() const { return source + "=" + destination; }
 };
 
-/// What `transfer.json` says.
+/// The content of `transfer.json`.
 struct TransferManifest {
   std::filesystem::path history;  ///< Absolute or relative to the working folder.
   std::string history_name, history_key;

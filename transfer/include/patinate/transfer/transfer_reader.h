@@ -22,7 +22,7 @@ namespace patinate::transfer {
 
 struct PackedPlaces;
 
-/// What `transfer.json` says, with the history that it names. Thread-safe.
+/// The content of `transfer.json`, with the history that it names. Thread-safe.
 class TransferFolder {
  public:
   /// @param path  A transfer folder, or its transfer.json. @throws IoError, also when the history has changed since.
@@ -41,7 +41,7 @@ class TransferFolder {
   Sheet sheet_;
 };
 
-/// Of the mesh's numbers, for glTF: a mesh whose unit nobody said keeps the numbers of its file.
+/// Meters per unit of the mesh's numbers, for glTF. Without a known unit, the numbers of the file are kept.
 [[nodiscard]] inline double meters_per_unit(const TransferManifest& manifest) {
   return manifest.unit ? 0.001 : 1.0 / manifest.mm_per_mesh_unit;
 }
@@ -75,9 +75,8 @@ class TransferReader {
   /// first asked for.
   [[nodiscard]] const PackedPlaces& filled_places() const;
   [[nodiscard]] ImageU8 coverage() const;
-  /// What was asked for: a control of the destination over the sheet, H x W x 1, in the values of the history's control
-  /// (match_controls()).
-  /// @param index  Into manifest().controls. @throws IoError if its file is missing or does not fit.
+  /// The control that the transfer was asked to follow, over the sheet, H x W x 1, in the values of the history's
+  /// control (match_controls()). (rest unchanged)
   [[nodiscard]] ImageF matched_control(std::size_t index) const;
   /// The history's pixels that could be copied: its mask and the one that was given (usable_mask()).
   [[nodiscard]] ImageU8 source_mask() const;
@@ -91,9 +90,8 @@ class TransferReader {
   /// The same with a time for every texel (gather_at_times()). @param times  Over the sheet.
   [[nodiscard]] std::vector<ImageF> sample_tiles(const ImageF& times, Between between,
                                                  const RunControl& control = {}) const;
-  /// What frames hold beside color (sample_material_map()) over the sheet, gutters filled; normals in the tangent space
-  /// of their texels: x along growing u, y along growing v, z out of the surface. @throws InvalidInput as
-  /// sample_material_map(); IoError.
+  /// Samples another map of the frames (sample_material_map()) over the sheet, with filled gutters; normals are in the
+  /// tangent space of their texels: x along growing u, y along growing v, z out of the surface. (rest unchanged)
   [[nodiscard]] ImageF sample_map(MaterialMap map, double time, Between between = Between::Blend,
                                   const RunControl& control = {}) const;
   /// Values of any image of the history's size at every texel, over the sheet, gutters filled.

@@ -14,7 +14,7 @@ void describe(OptionVisitor& v, SimulateOptions& o) {
           o.history_every);
   v.visit({"resolution", "Texels along each side of the atlas; 0 = as the scene says", "", between(0, 16384)},
           o.resolution);
-  v.visit_choice({"color_form", "How colors mix: normalized weights, or the form of the published shader"},
+  v.visit_choice({"color_form", "How colors mix: normalized weights, the published shader or the printed equation"},
                  o.color_form, simulation::kColorFormNames);
 }
 

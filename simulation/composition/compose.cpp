@@ -153,7 +153,7 @@ void Composer::State::prepare(const MaterialAtlas& atlas, TileIndex tile, TileIn
   task.base = &base.tile(tile, in.base);
   task.height = base.heights(tile);
   task.srgb = srgb8_of_linear16().data();
-  task.is_published_form = form == ColorForm::Published ? 1 : 0;
+  task.form = static_cast<std::int32_t>(form);
 }
 
 void Composer::State::take(TileIndex tile, const std::uint32_t* new_codes, const std::int32_t* new_heights) {

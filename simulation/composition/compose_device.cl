@@ -79,7 +79,7 @@ kernel void compose_touched(const ComposeCall call, global const QuantizedAppear
     task.height = base_heights + (long)of->height * 64;
     task.srgb = srgb;
     task.first_texel = tile * 64u;
-    task.is_published_form = call.is_published_form;
+    task.form = call.form;
     uint rgba[1];
     int height[1];
     compose_lanes(&task, rgba, height);

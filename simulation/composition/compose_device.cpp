@@ -128,7 +128,7 @@ DeviceComposition::State::State(const DeviceArrays& arrays, ComposerParts& parts
   call.num_materials = arrays.num_materials;
   call.num_texels = arrays.num_texels;
   call.has_heights = textures.heights.empty() ? 0 : 1;
-  call.is_published_form = parts.form == ColorForm::Published ? 1 : 0;
+  call.form = static_cast<std::int32_t>(parts.form);
   bring_layers(parts, control);
 }
 

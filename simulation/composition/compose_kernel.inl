@@ -42,19 +42,26 @@ static inline void fill_ramps(PATINATE_GLOBAL const QuantizedAppearance* look, P
   }
 }
 
-static inline void add_weights(const bool varies, PATINATE_GLOBAL const QuantizedAppearance* look,
-                               PATINATE_GLOBAL const u16* amount, PATINATE_GLOBAL const u16* original, const i32* xi,
-                               u16* weight, u32* total) {
-  const u32 strength = look->strength, limit = look->limit;
+static inline u32 varied_weight(u32 weight, i32 variation, i32 xi) {
+  return at_most((weight * varied(variation, xi) + 16384u) >> 15, kMaxWeight);
+}
+
+// total: of weights; in the printed form of what they are where the amount is 1.
+static inline void add_weights(const bool varies, const bool is_printed_form,
+                               PATINATE_GLOBAL const QuantizedAppearance* look, PATINATE_GLOBAL const u16* amount,
+                               PATINATE_GLOBAL const u16* original, const i32* xi, u16* weight, u32* total) {
+  const u32 strength = look->strength, limit = look->limit, at_one = at_most(strength, kMaxWeight);
   const i32 variation = look->variation;
   PATINATE_EACH_LANE(l) {
     const i32 delta = (i32)amount[l] - (i32)original[l];
     const u32 more = (u32)(delta > 0 ? delta : 0);
     u32 w = (at_most(more, limit) * strength + 8192u) >> 14;
     w = more > limit ? kMaxWeight : w;
-    if (varies) w = at_most((w * varied(variation, xi[PATINATE_OWN(l)]) + 16384u) >> 15, kMaxWeight);
+    u32 cover = more > 0u ? at_one : 0u;
+    if (varies) w = varied_weight(w, variation, xi[PATINATE_OWN(l)]);
+    if (varies && is_printed_form) cover = varied_weight(cover, variation, xi[PATINATE_OWN(l)]);
     weight[PATINATE_OWN(l)] = (u16)w;
-    total[PATINATE_OWN(l)] += w;
+    total[PATINATE_OWN(l)] += is_printed_form ? cover : w;
   }
 }
 
@@ -79,19 +86,19 @@ static inline void add_any(i32 factor, i32 shift, i32 variation, PATINATE_GLOBAL
   }
 }
 
-// What weights are multiplied by (1 = 65536): total weight a <= 1: 1, or a in the published form; a > 1: (2^30 + a / 2)
-// / a. The quotient by floats is off by at most 1, and then put right.
-static inline void fill_scale(const u32* total, bool is_published_form, u32* scale) {
+// What weights are multiplied by (1 = 65536): total weight a <= 1: 1, or a in the other forms; a > 1: (2^30 + a / 2)
+// / a, or 1 in the printed form. The quotient by floats is off by at most 1, and then put right.
+static inline void fill_scale(const u32* total, i32 form, u32* scale) {
   PATINATE_EACH_LANE(l) {
     const i32 over = (i32)(total[PATINATE_OWN(l)] > kOne ? total[PATINATE_OWN(l)] : kOne);
     const i32 q = (i32)(1073741824.0f / (float)over);
     const i32 twice = 2 * (1073741824 - q * over);
     scale[PATINATE_OWN(l)] = (u32)(q + (twice >= over ? 1 : 0) - (twice < -over ? 1 : 0));
   }
-  if (!is_published_form) return;
+  if (form == kNormalizedForm) return;
   PATINATE_EACH_LANE(l) {
-    const u32 a = total[PATINATE_OWN(l)];
-    scale[PATINATE_OWN(l)] = a > kOne ? scale[PATINATE_OWN(l)] : a * 4u;
+    const u32 a = total[PATINATE_OWN(l)], covered = form == kPrintedForm ? 65536u : scale[PATINATE_OWN(l)];
+    scale[PATINATE_OWN(l)] = a > kOne ? covered : a * 4u;
   }
 }
 
@@ -151,6 +158,18 @@ static inline void add_color(const ComposeTask* task, i32 k, i32 channel, const 
   }
 }
 
+// The same where weights may sum to more than 1: the sum ends at 1.
+static inline void add_up_to_one(const ComposeTask* task, i32 k, i32 channel, const u16* weight, const i32* xi,
+                                 const i32 ramp[3][PATINATE_LANES], u32* sum) {
+  const u32 one = 1u << 30;
+  PATINATE_ALIGNED u32 part[PATINATE_LANES];
+  PATINATE_EACH_LANE(l) { part[PATINATE_OWN(l)] = 0u; }
+  add_color(task, k, channel, weight, xi, ramp, part);
+  PATINATE_EACH_LANE(l) {
+    sum[PATINATE_OWN(l)] = at_most(sum[PATINATE_OWN(l)] + at_most(part[PATINATE_OWN(l)], one), one);
+  }
+}
+
 static inline void blend(const ComposeTask* task, u16 weight[8][PATINATE_LANES], i32 xi[8][PATINATE_LANES],
                          i32 ramp[8][3][PATINATE_LANES], const u32* total, i32 channel, u16* index) {
   PATINATE_ALIGNED u32 sum[PATINATE_LANES];
@@ -158,7 +177,12 @@ static inline void blend(const ComposeTask* task, u16 weight[8][PATINATE_LANES],
     sum[PATINATE_OWN(l)] = (kOne - at_most(total[PATINATE_OWN(l)], kOne)) * task->base->linear[channel][l] + 8192u;
   }
   for (i32 k = 0; k < task->num_materials; ++k) {
-    if (task->look[k]->strength != 0u) add_color(task, k, channel, weight[k], xi[k], ramp[k], sum);
+    if (task->look[k]->strength == 0u) continue;
+    if (task->form == kPrintedForm) {
+      add_up_to_one(task, k, channel, weight[k], xi[k], ramp[k], sum);
+    } else {
+      add_color(task, k, channel, weight[k], xi[k], ramp[k], sum);
+    }
   }
   PATINATE_EACH_LANE(l) { index[PATINATE_OWN(l)] = (u16)(at_most(sum[PATINATE_OWN(l)] >> 14, 65535u) >> kSrgbShift); }
 }
@@ -174,8 +198,14 @@ static inline void add_material(const ComposeTask* task, i32 k, i32* xi, u16* we
   } else if ((look->variation | look->specular_variation | look->height_variation) != 0) {
     fill_noise(task->first_texel, look->noise_key, xi);
   }
-  if (look->strength != 0u && look->variation != 0) add_weights(true, look, amount, original, xi, weight, total);
-  if (look->strength != 0u && look->variation == 0) add_weights(false, look, amount, original, xi, weight, total);
+  const bool is_printed = task->form == kPrintedForm, varies = look->variation != 0;
+  if (look->strength != 0u && !is_printed && varies)
+    add_weights(true, false, look, amount, original, xi, weight, total);
+  if (look->strength != 0u && !is_printed && !varies)
+    add_weights(false, false, look, amount, original, xi, weight, total);
+  if (look->strength != 0u && is_printed && varies) add_weights(true, true, look, amount, original, xi, weight, total);
+  if (look->strength != 0u && is_printed && !varies)
+    add_weights(false, true, look, amount, original, xi, weight, total);
   if (look->specular != 0) add_any(look->specular, 13, look->specular_variation, amount, original, xi, specular);
   if (look->height != 0)
     add_any(look->height, look->height_shift, look->height_variation, amount, original, xi, height);
@@ -211,7 +241,7 @@ static inline void compose_lanes(const ComposeTask* task, u32* rgba, i32* height
   }
   PATINATE_EACH_LANE(l) { height[PATINATE_OWN(l)] = within(height[PATINATE_OWN(l)], -kMaxHeight, kMaxHeight); }
   PATINATE_ALIGNED u32 scale[PATINATE_LANES];
-  fill_scale(total, task->is_published_form != 0, scale);
+  fill_scale(total, task->form, scale);
   for (i32 k = 0; k < task->num_materials; ++k) {
     if (task->look[k]->strength != 0u) scale_weights(scale, weight[k]);
   }

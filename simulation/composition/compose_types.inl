@@ -7,7 +7,10 @@ PATINATE_CONSTANT(i32, kMaxHeight, 1 << 27);  // Height quanta.
 PATINATE_CONSTANT(i32, kMaxStep, 32767);      // Height differences over two texels saturate here: 32 texels.
 PATINATE_CONSTANT(i32, kSlopeOne, 1024);
 PATINATE_CONSTANT(i32, kMaxSlope, 16 * 1024);  // In 1 / kSlopeOne: 86.4 degrees.
-PATINATE_CONSTANT(i32, kSrgbShift, 3);         // Linear values of 16 bit, shifted by this, index a table of sRGB codes.
+PATINATE_CONSTANT(i32, kNormalizedForm, 0);    // ColorForm.
+PATINATE_CONSTANT(i32, kPublishedForm, 1);
+PATINATE_CONSTANT(i32, kPrintedForm, 2);
+PATINATE_CONSTANT(i32, kSrgbShift, 3);  // Linear values of 16 bit, shifted by this, index a table of sRGB codes.
 
 // A MaterialAppearance as integers. What changes with the amount is F = amount difference * (1 + variation * xi), in
 // quanta of 1 / kOne.
@@ -53,7 +56,7 @@ typedef struct ComposeTask {
   PATINATE_MEMBER(PATINATE_GLOBAL const i32*, height, 0);  // Height quanta when new.
   PATINATE_MEMBER(PATINATE_GLOBAL const u8*, srgb, 0);     // kSrgbSize codes.
   PATINATE_MEMBER(u32, first_texel, 0);
-  PATINATE_MEMBER(i32, is_published_form, 0);
+  PATINATE_MEMBER(i32, form, 0);
 } ComposeTask;
 
 // What turns height differences of a triangle's texels into slopes along its tangents T (+u) and B (+v, orthogonal to
@@ -105,7 +108,7 @@ typedef struct ComposeCall {
   PATINATE_MEMBER(u32, num_materials, 0);
   PATINATE_MEMBER(u32, num_texels, 0);
   PATINATE_MEMBER(u32, has_heights, 0);
-  PATINATE_MEMBER(i32, is_published_form, 0);
+  PATINATE_MEMBER(i32, form, 0);
   PATINATE_ARRAY(i32, grain_layer, 8);  // By material; -1 = none.
   PATINATE_ARRAY(i32, picture_layer, 8);
 } ComposeCall;

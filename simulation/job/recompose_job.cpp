@@ -201,7 +201,7 @@ JobInputs recompose_inputs(const RecomposeWork& work, const std::vector<LookChan
 }  // namespace
 
 void describe(OptionVisitor& v, RecomposeOptions& o) {
-  v.visit_choice({"color_form", "How colors mix: normalized weights, or the form of the published shader"},
+  v.visit_choice({"color_form", "How colors mix: normalized weights, the published shader or the printed equation"},
                  o.color_form, kColorFormNames);
 }
 

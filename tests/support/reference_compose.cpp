@@ -84,7 +84,7 @@ ReferenceTexel new_texel(const SceneObject& object, const std::array<double, 3>&
 
 void age(ReferenceTexel& texel, const Scene& scene, const composition::TexelPlaces& places,
          const composition::Grain& grain, const MaterialAtlas& atlas, TexelIndex t, ColorForm form) {
-  double total = 0.0;
+  double total = 0.0, cover = 0.0;
   Vec3 sum = Vec3::Zero();
   for (int m = 0; m < atlas.num_materials(); ++m) {
     const MaterialAppearance& look = scene.appearance[m];
@@ -101,6 +101,7 @@ void age(ReferenceTexel& texel, const Scene& scene, const composition::TexelPlac
     const double w = std::min(
         kMostWeight, std::min(kMostWeight, std::max(0.0, delta) * look.strength) * (1.0 + look.variation * xi));
     total += w;
+    if (delta > 0.0) cover += std::min(kMostWeight, std::min(kMostWeight, look.strength) * (1.0 + look.variation * xi));
     for (int c = 0; c < 3; ++c) {
       double color = picture_value(look.color, places, t, c);
       if (!look.colors.empty() && look.color.image.empty()) {
@@ -113,8 +114,12 @@ void age(ReferenceTexel& texel, const Scene& scene, const composition::TexelPlac
     texel.specular += delta * look.specular * (1.0 + look.specular_variation * xi);
     texel.height_mm += delta * look.height_mm * (1.0 + look.height_variation * xi);
   }
-  const Vec3 mixed = total >= 1.0 ? Vec3(sum / total) : Vec3(form == ColorForm::Published ? total * sum : sum);
-  texel.color = texel.color * std::max(0.0, 1.0 - total) + mixed;
+  Vec3 mixed = total >= 1.0 ? Vec3(sum / total) : Vec3(form == ColorForm::Published ? total * sum : sum);
+  if (form == ColorForm::Printed) {
+    total = std::min(1.0, cover);
+    mixed = total * sum;
+  }
+  texel.color = (texel.color * std::max(0.0, 1.0 - total) + mixed).cwiseMin(1.0);
   texel.specular = std::clamp(texel.specular, 0.0, 1.0);
 }
 

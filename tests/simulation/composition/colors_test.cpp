@@ -1,4 +1,4 @@
-// Colors that follow the amount.
+// Colors that follow the amount, and the printed form of weights that do not.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -122,6 +122,33 @@ TEST_F(ColorsJson, ThatAreWrongSaySo) {
   EXPECT_TRUE(has(says("{\"colors\": [" + a + ", " + a + "]}"), "/appearance/rust/colors/1/amount"));
   EXPECT_TRUE(has(says("{\"color\": [0, 0, 0], \"colors\": [" + a + "]}"), "colors"));
   EXPECT_TRUE(has(says(R"({"colors": [{"amount": 0.5}, {"amount": 1}]})"), "color"));
+}
+
+TEST(PrintedForm, CoversByStrengthAndNotByAmount) {
+  // Two materials of strengths 0.2 and 0.5; the second is there from x = 16 on. Amounts rise along x.
+  const Vec3 first(0.8, 0.1, 0.4), second(0.2, 0.9, 0.6), surface(0.5, 0.3, 0.7);
+  std::vector<MaterialAppearance> looks(2);
+  looks[0].color.color = first;
+  looks[0].strength = 0.2;
+  looks[1].color.color = second;
+  looks[1].strength = 0.5;
+  ComposeScene scene(testing_support::unit_plane(32.0), 32, looks,
+                     [&](Scene& s) { s.objects[0].preset.color.color = surface; });
+  const auto amount = [](int x) { return x / 8.0; };  // Up to 3.9.
+  scene.set(0, [&](int x, int, const Vec3&) { return amount(x); });
+  scene.set(1, [&](int x, int, const Vec3&) { return x < 16 ? 0.0 : amount(x); });
+  Composer composer = scene.composer(ColorForm::Printed);
+  (void)composer.compose(*scene.atlas, {});
+  const ImageU8 got = composer.color_srgb8();
+  for (int x = 0; x < 32; ++x) {
+    const double a = x == 0 ? 0.0 : x < 16 ? 0.2 : 0.7;
+    for (int c = 0; c < 3; ++c) {
+      const double laid = amount(x) * (0.2 * first[c] + (x < 16 ? 0.0 : 0.5 * second[c]));
+      const double expected = std::min(1.0, surface[c] * (1.0 - a) + a * laid);
+      // Colors are sRGB codes before they are blended, which moves the result by half a code.
+      EXPECT_NEAR(got.at(x, 3, c), code_of(expected), 1) << x << " " << c;
+    }
+  }
 }
 
 }  // namespace

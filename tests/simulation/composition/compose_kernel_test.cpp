@@ -60,11 +60,16 @@ Composed compose_texel(const ComposeTask& task, std::uint32_t l) {
     i64 w = delta > look.limit ? i64{kMaxWeight} : (std::max<i64>(delta, 0) * look.strength + 8192) >> 14;
     w = std::min<i64>((w * varied(look.variation, xi) + 16384) >> 15, kMaxWeight);
     weights.push_back(w);
-    total += w;
+    const i64 at_one = delta > 0 ? std::min<i64>(look.strength, kMaxWeight) : 0;
+    const i64 cover = std::min<i64>((at_one * varied(look.variation, xi) + 16384) >> 15, kMaxWeight);
+    total += task.form == kPrintedForm ? cover : w;
     specular += scaled(delta, look.specular, 13, look.specular_variation, xi);
     height += scaled(delta, look.height, look.height_shift, look.height_variation, xi);
   }
-  const i64 scale = total > kOne ? ((i64{1} << 30) + total / 2) / total : task.is_published_form ? total * 4 : 65536;
+  const i64 most = task.form == kPrintedForm ? kOne : total;  // Where weights are not divided by their sum.
+  const i64 scale = total > kOne                   ? ((i64{1} << 30) + most / 2) / most
+                    : task.form == kNormalizedForm ? 65536
+                                                   : total * 4;
   Composed out{.code = static_cast<std::uint32_t>((std::clamp<i64>(specular, 0, kOne) * 255 + 8192) >> 14) << 24,
                .height = std::clamp<i64>(height, -kMaxHeight, kMaxHeight)};
   for (std::size_t c = 0; c < 3; ++c) {
@@ -114,7 +119,7 @@ TEST(ComposeKernel, GivesWhatItsDefinitionInIntegersGives) {
     task.height = heights.data();
     task.srgb = srgb8_of_linear16().data();
     task.first_texel = random.next_u32() & ~63u;
-    task.is_published_form = seed % 5 < 2 ? 1 : 0;
+    task.form = static_cast<i32>(seed % 5 % 3);
     for (const InstructionSet set : instruction_sets()) {
       alignas(64) std::array<std::uint32_t, kTile> code{};
       alignas(64) std::array<std::int32_t, kTile> height{};

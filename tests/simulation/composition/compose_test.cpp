@@ -245,7 +245,7 @@ TEST(Composer, VariationKeepsTheMeanAndHasItsSpread) {
 }
 
 TEST(Composer, AgreesWithTheSlowVersionToACode) {
-  for (const ColorForm form : {ColorForm::Normalized, ColorForm::Published}) {
+  for (const ColorForm form : {ColorForm::Normalized, ColorForm::Published, ColorForm::Printed}) {
     for (std::uint64_t seed = 0; seed < 3; ++seed) {
       ComposeScene scene(cut_plane(96.0), 96, any_appearance(8, seed), [&](Scene& s) {
         s.objects[0].preset.amounts = {0.4, 0, 0.2, 0, 0, 1.0, 0, 0.3};

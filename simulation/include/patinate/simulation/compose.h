@@ -27,12 +27,14 @@ namespace patinate::simulation {
 
 struct DeviceArrays;
 
-/// How weights w_i of materials, a = sum w_i, become a color. Both give sum w_i C_i / a where a >= 1.
+/// How weights w_i of materials, a = sum w_i, become a color. The first two give sum w_i C_i / a where a >= 1.
 enum class ColorForm {
   Normalized,  ///< C0 (1 - a) + sum w_i C_i: weights sum to 1. The default (docs/decisions/0009-composition-forms.md).
-  Published    ///< C0 (1 - a) + a sum w_i C_i, as the authors' shader does: half a cover darkens by up to a quarter.
+  Published,   ///< C0 (1 - a) + a sum w_i C_i, as the authors' shader does: half a cover darkens by up to a quarter.
+  Printed  ///< C0 (1 - a) + a sum w_i C_i as the authors' equation is printed, with a = min(1, sum b_i (1 + v_i xi_i))
+           ///< without amounts, over the materials that were added; ends at white.
 };
-inline constexpr std::array<std::string_view, 2> kColorFormNames{"normalized", "published"};
+inline constexpr std::array<std::string_view, 3> kColorFormNames{"normalized", "published", "printed"};
 
 /// Composes an atlas [Guenther et al. 2012, sec. 4.5]. With delta_i = amount - original, xi_i in [-1, 1) fixed per
 /// texel and material:

@@ -17,7 +17,7 @@ constexpr double kScribeWidthMm = 0.5;   ///< As of common scribing tools [ISO 1
 constexpr double kScribeLength = 0.9;    ///< Of the test area's height.
 constexpr double kProfileStepMm = 0.05;  ///< Between values of the profile of creep.
 constexpr double kTaperMm = 1.5;         ///< Within which creep grows from nothing at the ends.
-constexpr double kLeastCreep = 0.02;     ///< Of about 1.
+constexpr double kMinCreep = 0.02;       ///< Of about 1.
 constexpr double kCrackStepMm = 0.2;
 constexpr double kCrackMm = 9.0;  ///< Mean length of a crack.
 
@@ -35,7 +35,7 @@ std::vector<double> creep_profile(const PanelOptions& o, double length_mm, std::
   for (int i = 0; i <= num_steps; ++i) {
     const double s = length_mm * i / num_steps;
     const double taper = smooth_step(0.0, std::min(kTaperMm, 0.5 * length_mm), std::min(s, length_mm - s));
-    profile.push_back(taper * std::max(kLeastCreep, 1.0 + 1.6 * broad(s, 0.5) + 0.7 * fine(s, 0.5)));
+    profile.push_back(taper * std::max(kMinCreep, 1.0 + 1.6 * broad(s, 0.5) + 0.7 * fine(s, 0.5)));
     sum += profile.back();
   }
   for (double& value : profile) value *= o.creep_mm * num_steps / sum;

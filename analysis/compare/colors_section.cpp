@@ -12,7 +12,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMostColorTimes = 13, kMostColorSamples = 4096;
+constexpr std::size_t kMaxColorTimes = 13, kMaxColorSamples = 4096;
 constexpr std::uint32_t kDistributionPurpose = 101, kOnsetPurpose = 102, kSaturationPurpose = 103,
                         kCoveredPurpose = 104;
 
@@ -43,9 +43,9 @@ void add_distribution(const ComparedPair& pair, const CompareOptions& options, c
   const auto sample = [&](const ColorStack& stack, const BlockGrid& grid, std::size_t t) {
     std::vector<std::uint32_t> all(stack.num_texels());
     std::iota(all.begin(), all.end(), 0u);
-    return SortedColors(stack, t, all, grid.block_of, kMostColorSamples, options.seed);
+    return SortedColors(stack, t, all, grid.block_of, kMaxColorSamples, options.seed);
   };
-  for (const std::size_t t : spread_indices(pair.a.num_times(), kMostColorTimes)) {
+  for (const std::size_t t : spread_indices(pair.a.num_times(), kMaxColorTimes)) {
     times.push_back(pair.a.times[t]);
     a.push_back(sample(pair.a, pair.blocks_a, t));
     b.push_back(sample(pair.b, pair.blocks_b, t));

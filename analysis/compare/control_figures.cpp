@@ -9,7 +9,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMostTimes = 5, kMostSamples = 1024;
+constexpr std::size_t kMaxTimes = 5, kMaxSamples = 1024;
 constexpr double kAnyVisible = 1.0;  ///< Of texel_aging(), whose change does not depend on it.
 
 }  // namespace
@@ -28,8 +28,8 @@ ClassedSurface::ClassedSurface(const ColorStack& stack, std::span<const std::uin
       if (class_of_[i] == k) texels.push_back(static_cast<std::uint32_t>(i));
     }
     colors_.emplace_back();
-    for (const std::size_t t : spread_indices(stack.num_times(), kMostTimes))
-      colors_.back().emplace_back(stack, t, texels, block_of_, kMostSamples, seed);
+    for (const std::size_t t : spread_indices(stack.num_times(), kMaxTimes))
+      colors_.back().emplace_back(stack, t, texels, block_of_, kMaxSamples, seed);
   }
 }
 

@@ -15,7 +15,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::uint32_t kSharePurpose = 401, kCellPurpose = 402, kAnglePurpose = 403, kSidePurpose = 404;
-constexpr double kLeastShare = 1e-4, kShortestArm = 6.0, kArmPerWidth = 2.5;
+constexpr double kMinShare = 1e-4, kShortestArm = 6.0, kArmPerWidth = 2.5;
 
 /// Cracks of one side at the last common time, by the blocks they lie in.
 struct Cracks {
@@ -26,7 +26,7 @@ struct Cracks {
   std::vector<BlockValue> angles;       ///< Degrees.
   std::vector<double> cracked, counts;  ///< Texels of every block.
 
-  [[nodiscard]] bool is_none() const { return network.share < kLeastShare; }
+  [[nodiscard]] bool is_none() const { return network.share < kMinShare; }
 };
 
 Cracks cracks_of(const ColorStack& stack, const BlockGrid& grid, double pixel) {

@@ -14,8 +14,8 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMostMaterialTimes = 9;
-constexpr std::size_t kMostPlaces = 4096;  ///< Of a side and time, whose BRDFs are told.
+constexpr std::size_t kMaxMaterialTimes = 9;
+constexpr std::size_t kMaxPlaces = 4096;  ///< Of a side and time, whose BRDFs are told.
 constexpr std::uint32_t kBrdfPurpose = 301, kMapPurpose = 310;
 
 /// One number of a material.
@@ -118,7 +118,7 @@ BlockReflections block_reflections(const Side& side, std::size_t num_times, cons
   BlockReflections out;
   out.sums.assign(num_times, std::vector<Mean>(side.grid.num_blocks(), Mean{}));
   out.counts.assign(side.grid.num_blocks(), 0);
-  const std::size_t step = (side.material.num_texels + kMostPlaces - 1) / kMostPlaces;
+  const std::size_t step = (side.material.num_texels + kMaxPlaces - 1) / kMaxPlaces;
   for (std::size_t i = 0; i < side.material.num_texels; i += step) ++out.counts[side.grid.block_of[i]];
   parallel_for(static_cast<std::int64_t>(num_times), 1, control, [&](std::int64_t begin, std::int64_t end) {
     for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
@@ -186,7 +186,7 @@ void add_brdf(const ComparedPair& pair, const Side& a, const Side& b, const std:
 /// Where equal texels show equal places: the mean over them.
 void add_brdf_by_place(const Side& a, const Side& b, std::size_t num_times, const RunControl& control,
                        Section& section) {
-  const std::size_t n = a.material.num_texels, step = (n + kMostPlaces - 1) / kMostPlaces;
+  const std::size_t n = a.material.num_texels, step = (n + kMaxPlaces - 1) / kMaxPlaces;
   std::vector<double> sums(num_times, 0.0);
   parallel_for(static_cast<std::int64_t>(num_times), 1, control, [&](std::int64_t begin, std::int64_t end) {
     for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
@@ -210,7 +210,7 @@ void add_brdf_by_place(const Side& a, const Side& b, std::size_t num_times, cons
 
 Section materials_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control) {
   Section section{.name = "materials", .title = "Material beside color"};
-  const std::vector<std::size_t> indices = spread_indices(pair.a.num_times(), kMostMaterialTimes);
+  const std::vector<std::size_t> indices = spread_indices(pair.a.num_times(), kMaxMaterialTimes);
   std::vector<double> times;
   for (const std::size_t i : indices) times.push_back(pair.a.times[i]);
   Side a{pair.a, pair.blocks_a, load_materials(pair.series_a, pair.a, indices, control.part(0.0, 0.15))};

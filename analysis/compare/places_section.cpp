@@ -128,10 +128,10 @@ struct CommonClock {
 };
 
 CommonClock find_clock(const ComparedPair& pair, const CompareOptions& options, const RunControl& control) {
-  constexpr std::int64_t kMostBytes = std::int64_t{256} << 20;  // Longer series: no interval.
+  constexpr std::int64_t kMaxBytes = std::int64_t{256} << 20;  // Longer series: no interval.
   constexpr std::uint32_t kPurpose = 0x70;
   BlockGrid grid = make_blocks(pair.shared_a, pair.blocks_a.columns);
-  if (BlockWarps::memory_bytes(pair.shared_a.num_times(), grid) > kMostBytes) grid = make_blocks(pair.shared_a, 1);
+  if (BlockWarps::memory_bytes(pair.shared_a.num_times(), grid) > kMaxBytes) grid = make_blocks(pair.shared_a, 1);
   const BlockWarps warps(pair.shared_a, pair.shared_b, grid, 8, control);
   CommonClock clock{.warp = warps.warp(grid.all()), .warped = {}, .distances = {}};
   const auto distances_of = [](const TimeWarp& warp) {

@@ -105,7 +105,7 @@ PairDistance pair_distance_from_json(const Json& json) {
 
 ReplicateComparison compare_replicates(const std::vector<std::vector<PairDistance>>& pairs, std::size_t size_a,
                                        std::size_t size_b, std::uint64_t seed) {
-  const Labelings labelings = make_labelings(size_a, size_b, kMostLabelings, seed);
+  const Labelings labelings = make_labelings(size_a, size_b, kMaxLabelings, seed);
   ReplicateComparison out{.size_a = size_a,
                           .size_b = size_b,
                           .num_labelings = labelings.is_a.size(),

@@ -53,7 +53,7 @@ struct ReplicateComparison {
   std::size_t enough_a_side = 0;
 };
 /// Labelings up to this are all looked at.
-inline constexpr std::size_t kMostLabelings = 20000;
+inline constexpr std::size_t kMaxLabelings = 20000;
 
 /// @param pairs  Distances of all pairs, see pair_index(): the replicates of A come first. @throws InvalidInput if a
 /// side has fewer than two.

@@ -44,7 +44,7 @@ void add_figures(HtmlPage& page, const ReplicateComparison& comparison) {
   for (const ReplicateFigure& f : comparison.figures) {
     if (is_zero(f)) zeros.push_back(f.what.title);
   }
-  const bool are_told_at_once = zeros.size() >= kFewestZeros;
+  const bool are_told_at_once = zeros.size() >= kMinZeros;
   for (const ReplicateFigure& f : comparison.figures) {
     if (are_told_at_once && is_zero(f)) continue;
     if (!f.difference) {

@@ -13,7 +13,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMostStructureTimes = 9;
+constexpr std::size_t kMaxStructureTimes = 9;
 constexpr std::uint32_t kSpectrumPurpose = 201, kLengthPurpose = 202, kContrastPurpose = 203;
 
 Spectrum spectrum_of(const SpatialStructure& structure, std::span<const int> weights) {
@@ -145,7 +145,7 @@ Section structure_section(const ComparedPair& pair, const CompareOptions& option
           ? "Lengths are on the surface."
           : "Lengths are in pixels of the compared size: the surface length of a pixel is not known on both sides.");
   std::vector<double> times;
-  const std::vector<std::size_t> indices = spread_indices(pair.a.num_times(), kMostStructureTimes);
+  const std::vector<std::size_t> indices = spread_indices(pair.a.num_times(), kMaxStructureTimes);
   for (const std::size_t t : indices) times.push_back(pair.a.times[t]);
   const Structures a =
       structures_of(pair.a, pair.blocks_a, indices, is_metric ? *pair.a.pixel_mm : 1.0, control.part(0.0, 0.3));

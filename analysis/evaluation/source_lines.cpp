@@ -17,14 +17,14 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::array<double, kNumLineThresholds> kThresholds = {7.0, 10.0, 16.0};
-constexpr int kMostHalvings = 4;  ///< Of the root of two, and as many doublings.
-constexpr double kLeastShare = 0.003, kLargestShare = 0.25;
-constexpr double kLeastRun = 40.0;
-constexpr int kReach = 4, kLeastArea = 30;
+constexpr int kMaxHalvings = 4;  ///< Of the root of two, and as many doublings.
+constexpr double kMinShare = 0.003, kLargestShare = 0.25;
+constexpr double kMinRun = 40.0;
+constexpr int kReach = 4, kMinArea = 30;
 constexpr std::int64_t kFewCharts = 4;
 
 bool are_lines(const LineStructure& s, double least_run) {
-  return s.share() >= kLeastShare && s.share() <= kLargestShare && s.inner_length_px >= least_run &&
+  return s.share() >= kMinShare && s.share() <= kLargestShare && s.inner_length_px >= least_run &&
          static_cast<double>(s.num_ends) * least_run <= s.inner_length_px;
 }
 
@@ -33,8 +33,8 @@ bool are_lines(const LineStructure& s, double least_run) {
 LineScale::LineScale(double pixels_per_texel) {
   const double larger = std::max(1.0, 1.0 / pixels_per_texel);
   reach = std::min(100, static_cast<int>(std::lround(kReach * larger)));
-  least_area = static_cast<int>(std::lround(kLeastArea * larger * larger));
-  least_run = kLeastRun * larger;
+  least_area = static_cast<int>(std::lround(kMinArea * larger * larger));
+  least_run = kMinRun * larger;
   structure.spur_px *= larger;
   structure.border_px = static_cast<int>(std::lround(structure.border_px * larger));
 }
@@ -101,7 +101,7 @@ std::optional<SourceLines> lines_of(const Ground& source, LineKind kind, const L
     const double threshold = rounded(kThresholds[i] * factor, 3);
     const auto above = static_cast<double>(std::count_if(contrast.values().begin(), contrast.values().end(),
                                                          [&](float v) { return static_cast<double>(v) >= threshold; }));
-    if (above < kLeastShare * static_cast<double>(area)) return false;  // Thinning is what costs.
+    if (above < kMinShare * static_cast<double>(area)) return false;  // Thinning is what costs.
     found.thresholds[i] = threshold;
     found.masks[i] = lines_at(contrast, threshold, scale.least_area);
     const ImageU8& mask = found.masks[i];
@@ -111,7 +111,7 @@ std::optional<SourceLines> lines_of(const Ground& source, LineKind kind, const L
     found.structures[i] = measure_structure(mask, source.mask, source.quarter, scale.structure, control);
     return are_lines(found.structures[i], scale.least_run);
   };
-  for (int k = 0; k <= kMostHalvings; ++k) {
+  for (int k = 0; k <= kMaxHalvings; ++k) {
     for (const int power : {k, -k}) {
       const double factor = std::exp2(power / 2.0);
       if (fits(1, factor) && fits(0, factor) && fits(2, factor)) return found;

@@ -286,8 +286,8 @@ Explanation explain(const ExplanationInput& input, const ExplanationOptions& opt
   out.range_mm = work.correlograms.range_mm(0);
   int count = suited_block_count(out.range_mm, input.area_mm2);
   if (options.block_mm)
-    count = static_cast<int>(std::clamp(input.area_mm2 / (*options.block_mm * *options.block_mm), double{kFewestBlocks},
-                                        double{kMostBlocks}));
+    count = static_cast<int>(
+        std::clamp(input.area_mm2 / (*options.block_mm * *options.block_mm), double{kMinBlocks}, double{kMaxBlocks}));
   work.blocks = make_surface_blocks(input.positions_mm, count, input.area_mm2);
   out.num_blocks = static_cast<int>(work.blocks.members.size());
   out.block_mm = work.blocks.edge_mm;

@@ -80,7 +80,7 @@ struct Explanation {
   double block_mm = 0.0;   ///< SurfaceBlocks::edge_mm.
   double range_mm = 0.0;   ///< correlation_range_mm() of the reference.
   bool is_coarse = false;  ///< The reference hangs together so widely that blocks of kRangesInBlock ranges would be
-                           ///< fewer than kFewestBlocks, or smaller ones were asked for: intervals promise too much.
+                           ///< fewer than kMinBlocks, or smaller ones were asked for: intervals promise too much.
 };
 
 /// @throws InvalidInput if even the least p value that so many shuffles give would not pass kExplains after correction.

@@ -296,8 +296,8 @@ ExplanationManifest read_explanation(const std::filesystem::path& path) {
   m.reference = json.member("reference").string();
   m.mesh = json.member("mesh").string();
   m.verdict = json.member("verdict").string();
-  constexpr std::size_t kMostCandidates = 1000;
-  for (JsonReader& c : json.member("candidates").elements(kMostCandidates)) {
+  constexpr std::size_t kMaxCandidates = 1000;
+  for (JsonReader& c : json.member("candidates").elements(kMaxCandidates)) {
     ExplanationManifest::Candidate candidate{.name = c.member("name").string(), .correlation = {}, .corrected_p = {}};
     if (!c.member("even").boolean()) {
       candidate.correlation = c.member("correlation").number(between(-1, 1));

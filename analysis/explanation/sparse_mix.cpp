@@ -14,8 +14,8 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::uint32_t kPartPurpose = 0x3a27;  ///< Keeps these draws apart from other uses of the seed.
-constexpr double kLeastGain = 0.005;            ///< Of the variance: less than that is of no use to anyone.
-constexpr double kLeastOwn = 1e-6;  ///< Of a candidate's variance, what others must leave of it to take part.
+constexpr double kMinGain = 0.005;              ///< Of the variance: less than that is of no use to anyone.
+constexpr double kMinOwn = 1e-6;  ///< Of a candidate's variance, what others must leave of it to take part.
 
 }  // namespace
 
@@ -95,7 +95,7 @@ MixProblem::Fit MixProblem::grown(const Sums& sums, const Fit& from) const {
       for (Eigen::Index j = 0; j < m; ++j) a(i, j) = sums.covariance(members[i], members[j]);
     }
     const LdltFactors solver(a);
-    if (!(solver.least_pivot() > kLeastOwn * a.diagonal().maxCoeff())) continue;
+    if (!(solver.least_pivot() > kMinOwn * a.diagonal().maxCoeff())) continue;
     const Eigen::VectorXd x = solver.solve(b);
     if (!(x.dot(b) > best.explained)) continue;
     // A slope against its own relation would only correct the others.
@@ -131,7 +131,7 @@ bool is_worth_it(std::span<const double> gains, double variance) {
   double squares = 0.0;
   for (const double g : gains) squares += (g - sum / n) * (g - sum / n);
   const double error_of_sum = std::sqrt(squares / (n - 1.0) * n);
-  return sum > kLeastGain * variance && sum > error_of_sum;
+  return sum > kMinGain * variance && sum > error_of_sum;
 }
 
 }  // namespace

@@ -11,9 +11,9 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMostPlaces = 2000;    ///< Whose pairs are looked at.
-constexpr double kForgotten = 0.1;           ///< Correlation of places that no longer know of each other.
-constexpr std::uint64_t kFewestPairs = 200;  ///< Of a step; steps with fewer are not looked at.
+constexpr std::size_t kMaxPlaces = 2000;  ///< Whose pairs are looked at.
+constexpr double kForgotten = 0.1;        ///< Correlation of places that no longer know of each other.
+constexpr std::uint64_t kMinPairs = 200;  ///< Of a step; steps with fewer are not looked at.
 
 using Steps = std::array<double, kNumDistanceSteps>;
 
@@ -83,13 +83,13 @@ SurfaceBlocks make_surface_blocks(std::span<const Vec3> positions_mm, int count,
 
 int suited_block_count(double range_mm, double area_mm2) {
   const double edge = kRangesInBlock * range_mm;
-  const double count = edge > 0.0 ? area_mm2 / (edge * edge) : kMostBlocks;
-  return static_cast<int>(std::clamp(count, double{kFewestBlocks}, double{kMostBlocks}));
+  const double count = edge > 0.0 ? area_mm2 / (edge * edge) : kMaxBlocks;
+  return static_cast<int>(std::clamp(count, double{kMinBlocks}, double{kMaxBlocks}));
 }
 
 double Correlograms::range_mm(std::size_t list) const {
   for (std::size_t k = 0; k < kNumDistanceSteps / 2; ++k) {
-    if (num_pairs[k] >= kFewestPairs && mean[list][k] < kForgotten) return (static_cast<double>(k) + 0.5) * step_mm;
+    if (num_pairs[k] >= kMinPairs && mean[list][k] < kForgotten) return (static_cast<double>(k) + 0.5) * step_mm;
   }
   return 0.5 * static_cast<double>(kNumDistanceSteps) * step_mm;
 }
@@ -106,7 +106,7 @@ double Correlograms::chance_variance(std::size_t a, std::size_t b, std::size_t n
 
 Correlograms correlograms(std::span<const Vec3> positions_mm, const std::vector<std::vector<double>>& lists,
                           const RunControl& control) {
-  const std::size_t step = std::max<std::size_t>(1, (positions_mm.size() + kMostPlaces - 1) / kMostPlaces);
+  const std::size_t step = std::max<std::size_t>(1, (positions_mm.size() + kMaxPlaces - 1) / kMaxPlaces);
   std::vector<Vec3> places;
   for (std::size_t i = 0; i < positions_mm.size(); i += step) places.push_back(positions_mm[i]);
   std::vector<std::vector<double>> values;

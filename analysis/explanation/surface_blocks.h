@@ -13,8 +13,8 @@
 
 namespace patinate::analysis {
 
-inline constexpr int kFewestBlocks = 24;  ///< With fewer, chance alone reaches high correlations.
-inline constexpr int kMostBlocks = 400;   ///< Memory of BlockShuffles is samples x blocks.
+inline constexpr int kMinBlocks = 24;   ///< With fewer, chance alone reaches high correlations.
+inline constexpr int kMaxBlocks = 400;  ///< Memory of BlockShuffles is samples x blocks.
 
 inline constexpr double kRangesInBlock =
     2.5;  ///< Edge of a block: most pairs of places that know of each other share one.
@@ -33,7 +33,7 @@ struct SurfaceBlocks {
 /// that they stand for.
 [[nodiscard]] SurfaceBlocks make_surface_blocks(std::span<const Vec3> positions_mm, int count, double area_mm2);
 
-/// How many blocks fit whose edge is kRangesInBlock times `range_mm`, within [kFewestBlocks, kMostBlocks].
+/// How many blocks fit whose edge is kRangesInBlock times `range_mm`, within [kMinBlocks, kMaxBlocks].
 [[nodiscard]] int suited_block_count(double range_mm, double area_mm2);
 
 inline constexpr std::size_t kNumDistanceSteps = 128;

@@ -8,7 +8,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::size_t kOfModel = 5;  ///< Channels of one model.
-constexpr std::size_t kMostCoefficients = 1000;
+constexpr std::size_t kMaxCoefficients = 1000;
 constexpr double kLargestHalf = 65504.0;
 
 /// Which model a color channel belongs to, and which of its channels it is.
@@ -117,7 +117,7 @@ std::vector<TemporalModel> read_models(const JsonReader& json) {
     if (!(model.curve.high > model.curve.low)) entry.member("high").fail("more than low");
     const JsonReader coefficients = entry.member("coefficients");
     for (const JsonReader& list : coefficients.elements(channels)) {
-      const std::size_t size = list.elements(kMostCoefficients).size();
+      const std::size_t size = list.elements(kMaxCoefficients).size();
       if (size < 4 || (!model.curve.coefficients.empty() && size != model.curve.coefficients.front().size()))
         list.fail("at least 4 coefficients, as many for every channel");
       model.curve.coefficients.push_back(list.numbers(size));

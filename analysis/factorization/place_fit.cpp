@@ -17,7 +17,7 @@ constexpr double kLargestDelay = 0.5;             ///< Of the grid, as a share o
 constexpr int kHalfWindow = 3;                    ///< Of the filter against outliers [Hampel 1974].
 constexpr double kOutlier = 3.0 * 1.4826;
 constexpr int kMostSteps = 40, kOtherSteps = 8;  ///< From the best start, and from the other as long as it is behind.
-constexpr double kLeastGain = 1e-7;              ///< Relative fall of the cost at which the search ends.
+constexpr double kMinGain = 1e-7;                ///< Relative fall of the cost at which the search ends.
 constexpr double kSignificant =
     40.0;  ///< Fall of the cost that noise alone does not give: chi-square of 5 at 1e-6, and a search.
 constexpr double kKnownRate =
@@ -106,13 +106,13 @@ PlaceFit::PlaceFit(const TemporalModel& model, const std::vector<double>& times,
 /// Whether means over stretches of time differ by more than noise from one frame to the next leaves, and visibly. What
 /// the curve misses of other places is no noise here: it would hide any change.
 bool PlaceFit::has_changed(const float* values, const std::uint8_t* seen) const {
-  constexpr std::size_t kMostStretches = 6, kLeastInOne = 3;
+  constexpr std::size_t kMaxStretches = 6, kMinInOne = 3;
   constexpr double kErrors = 6.0;  // Of the largest of 45 differences, and of noise known from a few frames.
   std::vector<std::size_t> known;
   for (std::size_t t = 0; t < times_.size(); ++t) {
     if (is_seen(seen, t)) known.push_back(t);
   }
-  const std::size_t num_stretches = std::min(kMostStretches, known.size() / kLeastInOne);
+  const std::size_t num_stretches = std::min(kMaxStretches, known.size() / kMinInOne);
   if (num_stretches < 2) return false;
   for (std::size_t c = 0; c < templates_.size(); ++c) {
     const std::vector<float> clean = cleaned_series(values + c * times_.size(), seen, times_.size());
@@ -258,7 +258,7 @@ PlaceFit::State PlaceFit::refined(const Clock& start, double to_beat, const floa
       if (is_better) state = next;
       damping = is_better ? std::max(1e-9, 0.2 * damping) : 8.0 * damping;
     }
-    if (!is_better || fall < kLeastGain * state.cost) break;
+    if (!is_better || fall < kMinGain * state.cost) break;
   }
   return state;
 }

@@ -21,7 +21,7 @@ constexpr double kStrongest = 0.6;                         ///< Of the candidate
 constexpr double kFitShare = 0.1;                          ///< Of a round's time, for the places one by one.
 constexpr std::array<int, 4> kIterations{25, 25, 25, 60};  ///< Of the joint fit, for every round.
 constexpr double kDomainTail = 0.005;  ///< Share of clock values excludedside at each end of the curve.
-constexpr double kLeastNoise = 1e-6;   ///< Linear color.
+constexpr double kMinNoise = 1e-6;     ///< Linear color.
 constexpr double kSigma = 1.4826;      ///< From a median of absolute values to a standard deviation.
 constexpr double kClip = 3.0;          ///< Standard deviations, for the correlation.
 constexpr int kSamples = 1025;         ///< Of the curve, for its lowest and highest value.
@@ -60,7 +60,7 @@ std::vector<double> first_noise(const PlaceSeries& clean) {
       for (std::size_t t = 1; t < clean.times.size(); ++t)
         steps.push_back(std::abs(static_cast<double>(v[t] - v[t - 1])));
     }
-    noise.push_back(std::max(kLeastNoise, kSigma * median(std::move(steps)) / std::sqrt(2.0)));
+    noise.push_back(std::max(kMinNoise, kSigma * median(std::move(steps)) / std::sqrt(2.0)));
   }
   return noise;
 }
@@ -162,7 +162,7 @@ void measure_noise(const PlaceSeries& places, const std::vector<PlaceFactors>& f
         if (is_seen) sizes.push_back(std::abs(residuals.back()));
       }
     }
-    model.noise.push_back(std::max(kLeastNoise, kSigma * median(std::move(sizes))));
+    model.noise.push_back(std::max(kMinNoise, kSigma * median(std::move(sizes))));
     // Outliers neither hang together nor count.
     const double most = kClip * model.noise.back();
     for (std::size_t k = 0; k < residuals.size(); ++k) {

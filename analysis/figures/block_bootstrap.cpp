@@ -56,9 +56,9 @@ namespace {
 /// The figure of surfaces made of drawn blocks; empty when there are too few of them.
 std::vector<std::vector<double>> resampled(const BlockGrid& a, const BlockGrid& b, const BlockFigure& figure,
                                            const BootstrapOptions& options, const RunControl& control) {
-  constexpr std::size_t kFewestBlocks = 4;
-  constexpr int kFewestResamples = 10;
-  if (options.resamples < kFewestResamples || a.used.size() < kFewestBlocks || b.used.size() < kFewestBlocks) return {};
+  constexpr std::size_t kMinBlocks = 4;
+  constexpr int kMinResamples = 10;
+  if (options.resamples < kMinResamples || a.used.size() < kMinBlocks || b.used.size() < kMinBlocks) return {};
   std::vector<std::vector<double>> results(static_cast<std::size_t>(options.resamples));
   parallel_for(options.resamples, 4, control, [&](std::int64_t begin, std::int64_t end) {
     for (auto r = static_cast<std::size_t>(begin); r < static_cast<std::size_t>(end); ++r) {

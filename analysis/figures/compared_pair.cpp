@@ -128,8 +128,8 @@ CommonSizes common_sizes(const SurfaceExtent& a, const SurfaceExtent& b, int siz
     const double pixel = std::max(mm_a / sizes.a, mm_b / sizes.b);
     const int side_a = static_cast<int>(std::lround(mm_a / pixel)),
               side_b = static_cast<int>(std::lround(mm_b / pixel));
-    constexpr int kLeastSide = 32;  // Of a surface much smaller than the other's pixels nothing would be left.
-    if (std::min(side_a, side_b) >= std::min({kLeastSide, sizes.a, sizes.b})) return {side_a, side_b};
+    constexpr int kMinSide = 32;  // Of a surface much smaller than the other's pixels nothing would be left.
+    if (std::min(side_a, side_b) >= std::min({kMinSide, sizes.a, sizes.b})) return {side_a, side_b};
   }
   sizes.a = sizes.b = std::min(sizes.a, sizes.b);
   return sizes;
@@ -215,7 +215,7 @@ std::vector<std::string> time_warnings(const std::vector<NamedFacts>& histories,
   CompareOptions ends = options;
   ends.num_times = 2;  // From where all have frames to where one ends.
   const GroupTimes times = common_times(histories, ends);
-  constexpr double kLeastShare = 0.5;
+  constexpr double kMinShare = 0.5;
   std::string covered;
   for (const NamedFacts& h : histories)
     covered += (covered.empty() ? h.name + " covers " : ", " + h.name + " ") + span_text(*h.facts);
@@ -225,7 +225,7 @@ std::vector<std::string> time_warnings(const std::vector<NamedFacts>& histories,
     const double span = frames.back().time - frames.front().time;
     if (!(span > 0.0)) continue;
     const double share = (times.of[k].back() - times.of[k].front()) / span;
-    if (share >= kLeastShare) continue;
+    if (share >= kMinShare) continue;
     warnings.push_back("only " + short_number_text(rounded(100.0 * share, 2)) + " % of " + histories[k].name +
                        "'s time is compared: " + covered + "; --clock span compares equal shares of " +
                        (histories.size() == 2 ? "both" : "all"));

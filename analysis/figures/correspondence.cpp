@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kShifts = 8;         // Along a side.
 constexpr double kLocal_px = 4.0;  // Sigma of the local mean.
-constexpr double kLeastTexels = 64;
+constexpr double kMinTexels = 64;
 constexpr int kMostSide = 256;  // Of larger ones every so many pixels count.
 
 /// Lightness over its local mean; 0 outside the mask.
@@ -38,7 +38,7 @@ double correlation_at(const ImageF& a, const ImageU8& mask_a, const ImageF& b, c
       n += 1.0, sa += va, sb += vb, saa += va * va, sbb += vb * vb, sab += va * vb;
     }
   }
-  if (n < kLeastTexels) return 0.0;
+  if (n < kMinTexels) return 0.0;
   const double va = saa / n - sa / n * sa / n, vb = sbb / n - sb / n * sb / n;
   constexpr double kFaint = 1e-6;  // L*^2.
   return va > kFaint && vb > kFaint ? (sab / n - sa / n * sb / n) / std::sqrt(va * vb) : 0.0;

@@ -14,7 +14,7 @@ namespace {
 constexpr std::array<double, 3> kViews{15.0, 45.0, 60.0};  ///< Degrees from the normal.
 constexpr std::array<double, 5> kLights{15.0, 30.0, 45.0, 60.0, 75.0};
 constexpr std::array<double, 3> kAround{0.0, 90.0, 180.0};
-constexpr double kLeastRoughness = 0.05;  ///< As Lobe asks for.
+constexpr double kMinRoughness = 0.05;  ///< As Lobe asks for.
 
 Vec3 direction(double from_normal, double around) {
   constexpr double kDegree = std::numbers::pi / 180.0;
@@ -115,7 +115,7 @@ Reflections reflections_of(const MaterialStack& stack, std::size_t at) {
   SeenPoint point;
   point.color = color(stack.base).cwiseMax(0.0).cwiseMin(1.0);
   point.specular = color(stack.specular).cwiseMax(0.0).cwiseMin(1.0);
-  point.roughness = std::clamp(static_cast<double>(stack.roughness[at]), kLeastRoughness, 1.0);
+  point.roughness = std::clamp(static_cast<double>(stack.roughness[at]), kMinRoughness, 1.0);
   point.metalness = std::clamp(static_cast<double>(stack.metalness[at]), 0.0, 1.0);
   Reflections out{};
   std::size_t n = 0;

@@ -11,8 +11,8 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr int kCoarse = 4;            ///< Pixels a side of the means that show no grain.
-constexpr int kLeastCoarseSide = 16;  ///< Of a surface of such means: smaller ones say nothing.
+constexpr int kCoarse = 4;          ///< Pixels a side of the means that show no grain.
+constexpr int kMinCoarseSide = 16;  ///< Of a surface of such means: smaller ones say nothing.
 constexpr double kFeaturesABlock = 4.0;
 constexpr int kFewest = 3, kMost = 8;
 
@@ -87,7 +87,7 @@ std::optional<double> feature_px(const ColorStack& stack) {
   if (!varies(change)) return std::nullopt;
   double length = length_of(change);
   const ColorStack coarse = coarsened(change);
-  if (std::min(coarse.width, coarse.height) >= kLeastCoarseSide && varies(coarse))
+  if (std::min(coarse.width, coarse.height) >= kMinCoarseSide && varies(coarse))
     length = std::max(length, kCoarse * length_of(coarse));
   return length;
 }

@@ -10,7 +10,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr int kSmallestTile = 8, kLargestTile = 64;
-constexpr std::size_t kMostLags = 96, kDirections = 4;
+constexpr std::size_t kMaxLags = 96, kDirections = 4;
 constexpr int kStepX[kDirections] = {1, 0, 1, 1}, kStepY[kDirections] = {0, 1, 1, -1};
 constexpr double kStepLength[kDirections] = {1.0, 1.0, std::numbers::sqrt2, std::numbers::sqrt2};
 
@@ -56,7 +56,7 @@ SpatialStructure::SpatialStructure(const ColorStack& stack, std::size_t time, co
   const ImageU8 mask = stack.mask();
   add_tiles(stack, values, mask, grid);
   if (figures == SpatialFigures::Spectrum) return;
-  num_lags_ = std::min<std::size_t>(kMostLags, static_cast<std::size_t>(shorter) / 3 + 1);
+  num_lags_ = std::min<std::size_t>(kMaxLags, static_cast<std::size_t>(shorter) / 3 + 1);
   add_pairs(stack, values, mask, grid);
 }
 

@@ -104,7 +104,7 @@ SeriesAtlas read_atlas(const fs::path& transfer, const HistoryReader& history) {
                     .coordinates = stacked(tiles),
                     .texel_mm = {}};
   if (reader.has("texel_size_mm"))
-    atlas.texel_mm = reader.member("texel_size_mm").number(between(kLeastTexel_mm, kLargestTexel_mm));
+    atlas.texel_mm = reader.member("texel_size_mm").number(between(kMinTexel_mm, kLargestTexel_mm));
   return atlas;
 }
 

@@ -12,7 +12,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr double kHeldByIntervals = 0.9;
-constexpr std::size_t kFewestDraws = 3;
+constexpr std::size_t kMinDraws = 3;
 constexpr double kWithoutDraws = 1.01;
 
 double variance_of(std::span<const double> v) {
@@ -28,7 +28,7 @@ double variance_of(std::span<const double> v) {
 double untellable_objective(double best, std::span<const double> draws, int num_numbers) {
   if (num_numbers < 1) throw InvalidInput("untellable objective: at least one number must be varied");
   if (draws.empty()) return kWithoutDraws * best;
-  if (draws.size() < kFewestDraws) return best + *std::max_element(draws.begin(), draws.end());
+  if (draws.size() < kMinDraws) return best + *std::max_element(draws.begin(), draws.end());
   const double each = std::pow(kHeldByIntervals, 1.0 / num_numbers);
   const double t =
       boost::math::quantile(boost::math::students_t(static_cast<double>(draws.size() - 1)), 0.5 * (1.0 + each));

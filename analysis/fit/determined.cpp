@@ -11,9 +11,9 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr double kScanStep = 0.3;        ///< Between one offset of a scan and the next.
-constexpr double kNoWay = 1e-6;          ///< Nearer to an end is at the end.
-constexpr double kLeastExplained = 0.5;  ///< Of the variance: below, a quadratic is no description.
+constexpr double kScanStep = 0.3;      ///< Between one offset of a scan and the next.
+constexpr double kNoWay = 1e-6;        ///< Nearer to an end is at the end.
+constexpr double kMinExplained = 0.5;  ///< Of the variance: below, a quadratic is no description.
 constexpr double kPointsPerCoefficient = 2.0;
 constexpr double kFlattest = 1e-9;  ///< Curvature, against the largest: flatter counts as this.
 constexpr double kSamePlace = 1e-9;
@@ -74,7 +74,7 @@ std::optional<Quadratic> fitted_quadratic(const BoxPoint& best, std::span<const 
       q.curvature(i, j) = q.curvature(j, i) = i == j ? 2.0 * value : value;
     }
   }
-  if (!(q.explained >= kLeastExplained)) {
+  if (!(q.explained >= kMinExplained)) {
     problem = "near the best the objective is no quadratic (one explains " +
               std::to_string(static_cast<int>(100.0 * std::max(0.0, q.explained))) + " % of its variance)";
     return std::nullopt;

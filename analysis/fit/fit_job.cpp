@@ -21,12 +21,12 @@ namespace {
 constexpr std::int64_t kSearchVersion = 4;  ///< Raised when the same input gives other values;
 constexpr std::int64_t kStageVersion = 8;   ///< when the same values give another report.
 constexpr int kEvaluationsPerParameter = 100;
-constexpr std::size_t kFewestParameters = 2;    ///< Of which a budget is enough: one alone does not end in 100.
+constexpr std::size_t kMinParameters = 2;       ///< Of which a budget is enough: one alone does not end in 100.
 constexpr double kSmallestLookStep = 0.05;      ///< Of the search for an appearance, however narrow the outer one has
                                                 ///< become; but no wider than its first step.
 constexpr double kScanAppearanceStep = 0.1;     ///< Of the search for an appearance beside the best.
 constexpr std::uint64_t kScanItems = 1u << 18;  ///< Random numbers of scans, apart from those of the search.
-constexpr std::uint64_t kMostScanPlaces = 64;
+constexpr std::uint64_t kMaxScanPlaces = 64;
 constexpr double kNearTheLimit = 1.25;  ///< Of the objective that cannot be told from the best.
 
 using MakeRecord = std::function<FitEvaluation(const fs::path& folder, const RunControl& control)>;
@@ -68,7 +68,7 @@ FitEvaluation scan_place(FitWork& work, const std::string& name, std::size_t i, 
   const FitModel& model = work.ready(control);
   AppearanceSearch search{.num_appearance = work.appearance.empty() ? 1 : work.task.options.appearance_evaluations,
                           .step = kScanAppearanceStep,
-                          .item = kScanItems + i * kMostScanPlaces + k};
+                          .item = kScanItems + i * kMaxScanPlaces + k};
   FitEvaluation evaluation = evaluate(model, name, held, search, 0, control.part(0.0, 0.4));
   const std::optional<std::size_t> found = evaluation.best();
   const std::vector<double> draws = work.chances(folder);
@@ -77,7 +77,7 @@ FitEvaluation scan_place(FitWork& work, const std::string& name, std::size_t i, 
       *evaluation.points[*found].result.objective <=
           kNearTheLimit * untellable_objective(*work.best(folder).result.objective, draws,
                                                static_cast<int>(work.task.parameters.size()))) {
-    const std::uint64_t draw = draws.size() + 1 + i * kMostScanPlaces + k;
+    const std::uint64_t draw = draws.size() + 1 + i * kMaxScanPlaces + k;
     evaluation.chance = draw_chance(model, name, evaluation.points[*found].values, draw, control.part(0.4, 0.6)).chance;
   }
   const FitWork::Ground& ground = work.ground(folder);
@@ -204,7 +204,7 @@ void describe(OptionVisitor& v, FitOptions& o) {
            between(1, 100)},
           o.starts);
   v.visit({"scan", "Evaluations for each parameter, to find which values the data determine", "",
-           between(0, static_cast<double>(kMostScanPlaces))},
+           between(0, static_cast<double>(kMaxScanPlaces))},
           o.scan);
   v.visit({"seeds", "Further simulations of the best values with other seeds, to measure chance", "", between(0, 100)},
           o.seeds);
@@ -218,7 +218,7 @@ FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_
   budget.evaluations =
       options.evaluations > 0
           ? options.evaluations
-          : std::max(budget.least, 1 + kEvaluationsPerParameter * static_cast<int>(std::max(n, kFewestParameters)));
+          : std::max(budget.least, 1 + kEvaluationsPerParameter * static_cast<int>(std::max(n, kMinParameters)));
   return budget;
 }
 

@@ -21,9 +21,9 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMostTimes = 13;         // As in the comparison's section of colors.
-constexpr std::size_t kMostContrastTimes = 9;  // As in that of structure.
-constexpr std::uint64_t kSampleSeed = 0;       ///< Of the places that are compared: the same in every fit.
+constexpr std::size_t kMaxTimes = 13;         // As in the comparison's section of colors.
+constexpr std::size_t kMaxContrastTimes = 9;  // As in that of structure.
+constexpr std::uint64_t kSampleSeed = 0;      ///< Of the places that are compared: the same in every fit.
 constexpr std::uint32_t kDeviationPurpose = 0xdef1;
 const std::vector<int> kOneBlock{1};
 
@@ -33,7 +33,7 @@ std::vector<SortedColors> sorted_colors(const ColorStack& stack, std::span<const
   std::iota(all.begin(), all.end(), 0u);
   std::vector<SortedColors> out;
   const std::size_t most = options.samples > 0 ? static_cast<std::size_t>(options.samples) : all.size();
-  for (const std::size_t t : spread_indices(stack.num_times(), kMostTimes))
+  for (const std::size_t t : spread_indices(stack.num_times(), kMaxTimes))
     out.emplace_back(stack, t, all, block_of, most, kSampleSeed);
   return out;
 }
@@ -42,7 +42,7 @@ std::vector<SortedColors> sorted_colors(const ColorStack& stack, std::span<const
 std::vector<Spectrum> spectra_of(const ColorStack& stack) {
   const BlockGrid whole = make_blocks(stack, 1);
   std::vector<Spectrum> out;
-  for (const std::size_t t : spread_indices(stack.num_times(), kMostContrastTimes)) {
+  for (const std::size_t t : spread_indices(stack.num_times(), kMaxContrastTimes)) {
     const SpatialStructure structure(stack, t, whole, SpatialFigures::Spectrum);
     out.push_back({structure.frequencies(), structure.spectrum(kOneBlock)});
   }

@@ -9,7 +9,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMostPoints = 1'000'000, kMostCaptures = 1000;
+constexpr std::size_t kMaxPoints = 1'000'000, kMaxCaptures = 1000;
 
 std::optional<double> read_number_or_null(const JsonReader& json) {
   return json.is_null() ? std::nullopt : std::optional(json.number());
@@ -53,14 +53,14 @@ FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num
                            .held_out = read_number_or_null(json.member("held_out")),
                            .is_converged = json.member("converged").boolean(),
                            .is_skipped = json.member("skipped").boolean()};
-  for (JsonReader& point : json.member("points").elements(kMostPoints)) {
+  for (JsonReader& point : json.member("points").elements(kMaxPoints)) {
     FitPoint p{.values = point.member("values").numbers(num_parameters), .result = {}};
     p.result.objective = read_number_or_null(point.member("objective"));
     const JsonReader figures = point.member("figures");
     for (const JsonReader& f : figures.elements(num_terms)) p.result.figures.push_back(read_number_or_null(f));
     if (p.result.figures.size() != num_terms) figures.fail("an array of " + std::to_string(num_terms));
     if (point.has("captures")) {
-      for (const JsonReader& c : point.member("captures").elements(kMostCaptures))
+      for (const JsonReader& c : point.member("captures").elements(kMaxCaptures))
         p.captures.push_back(read_number_or_null(c));
     }
     if (point.has("problem")) p.result.problem = point.member("problem").string();

@@ -14,8 +14,8 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr double kShown = 0.95;     ///< Share of the places whose moves the ramp tells apart.
-constexpr double kLeastHigh = 2.0;  ///< Delta E; below, a map of noise would look like one of misfit.
+constexpr double kShown = 0.95;   ///< Share of the places whose moves the ramp tells apart.
+constexpr double kMinHigh = 2.0;  ///< Delta E; below, a map of noise would look like one of misfit.
 
 double scale_of(const MisfitMaps& maps) {
   std::vector<float> values;
@@ -24,9 +24,9 @@ double scale_of(const MisfitMaps& maps) {
       if (maps.mask.data()[i] != 0) values.push_back(map.data()[i]);
     }
   }
-  if (values.empty()) return kLeastHigh;
+  if (values.empty()) return kMinHigh;
   const auto rank = static_cast<std::size_t>(kShown * static_cast<double>(values.size() - 1));
-  return std::max(kLeastHigh, std::ceil(static_cast<double>(value_at_rank(values, rank))));
+  return std::max(kMinHigh, std::ceil(static_cast<double>(value_at_rank(values, rank))));
 }
 
 Picture picture(const std::string& name, const std::string& caption, const MisfitMaps& maps, double high) {

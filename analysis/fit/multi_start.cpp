@@ -12,13 +12,13 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr int kMostDesignGenerations = 6;
+constexpr int kMaxDesignGenerations = 6;
 constexpr std::uint32_t kDesignPurpose = 0xde5160;
 constexpr std::uint32_t kChainPurpose = 1u << 24;  ///< Between the random numbers of one descent and the next.
 constexpr double kApart = 0.2;                     ///< Least distance of two starts, root mean square of a coordinate.
 constexpr double kSameValley = 0.01;               ///< Of every coordinate: nearer is the same valley.
-constexpr double kLeastFirstStep = 0.1;
-constexpr int kMostHalvings = 20;
+constexpr double kMinFirstStep = 0.1;
+constexpr int kMaxHalvings = 20;
 
 double rms_distance(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
@@ -51,7 +51,7 @@ MultiStart::MultiStart(const std::vector<double>& start, double start_value, con
     begin(0, options.search.step);
     return;
   }
-  const int generations = std::min(static_cast<int>(start.size()), kMostDesignGenerations);
+  const int generations = std::min(static_cast<int>(start.size()), kMaxDesignGenerations);
   RandomStream random(options.search.seed, options.search.purpose, kDesignPurpose);
   for (std::vector<double>& point :
        spread_latin_hypercube(static_cast<std::size_t>(generations * population_), start.size(), random.next_u32()))
@@ -83,7 +83,7 @@ void MultiStart::choose_starts() {
   // About as far as the next point of the design.
   const auto n = static_cast<double>(points_.front().size());
   const double between = 0.5 * std::pow(static_cast<double>(points_.size()), -1.0 / n);
-  const double step = std::min(options_.search.step, std::max(kLeastFirstStep, between));
+  const double step = std::min(options_.search.step, std::max(kMinFirstStep, between));
   const std::size_t most = std::min(static_cast<std::size_t>(options_.starts), 2 * points_.front().size());
   for (const std::size_t i : order_of(values_)) {
     if (chains_.size() == most) break;
@@ -141,7 +141,7 @@ void MultiStart::choose_next() {
   for (const std::size_t i : order_of(values)) {
     const Descent& found = chains_[i].found;
     if (found.is_converged || found.is_given_up) continue;
-    const double weighed = std::ldexp(found.generations, std::min(rank++, kMostHalvings));
+    const double weighed = std::ldexp(found.generations, std::min(rank++, kMaxHalvings));
     if (!(weighed < least)) continue;
     least = weighed;
     current_ = i;

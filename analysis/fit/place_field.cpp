@@ -16,7 +16,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr int kMostWaves = 16, kFolds = 4;
+constexpr int kMaxWaves = 16, kFolds = 4;
 constexpr double kSameValue = 1e-9;  ///< Levels that are no farther apart at a place are one.
 
 /// cos(pi i x) cos(pi j y) at a place.
@@ -281,7 +281,7 @@ void check(const FieldColors& c, const PlaceFieldOptions& o) {
       !std::all_of(c.levels.begin(), c.levels.end(), has_size) ||
       !std::all_of(c.values.begin(), c.values.end(), [&](const auto& v) { return v.size() == c.places.size(); }))
     throw InvalidInput("place field: places, times and at least two levels must have as many colors");
-  if (o.num_waves < 1 || o.num_waves > kMostWaves || o.max_iterations < 1 ||
+  if (o.num_waves < 1 || o.num_waves > kMaxWaves || o.max_iterations < 1 ||
       !std::all_of(o.smoothness.begin(), o.smoothness.end(), [](double s) { return s > 0.0; }))
     throw InvalidInput("place field: waves must be in [1, 16], iterations and weights of bending > 0");
 }

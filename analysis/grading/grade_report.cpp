@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostRows = 16;  // Of the page's tables; the CSV has all times.
+constexpr std::size_t kMaxRows = 16;  // Of the page's tables; the CSV has all times.
 constexpr int kPictureSide_px = 900;
 
 /// Names of figures for people.
@@ -61,7 +61,7 @@ bool has_figure(const GradedRegion& region, std::string_view figure) {
 /// Indices of times that a table shows: all, or evenly chosen ones with the last.
 std::vector<std::size_t> shown_rows(std::size_t count) {
   std::vector<std::size_t> rows;
-  const std::size_t step = (count + kMostRows - 1) / kMostRows;
+  const std::size_t step = (count + kMaxRows - 1) / kMaxRows;
   for (std::size_t t = 0; t < count; t += step) rows.push_back(t);
   if (rows.back() != count - 1) rows.back() = count - 1;
   return rows;

@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kShownTimes = 4;
 constexpr float kPlainLightness = 50.0f;  // What no crack changes.
 
-constexpr double kLeastSlenderness = 4.0;  // Of a crack: length over mean width.
+constexpr double kMinSlenderness = 4.0;  // Of a crack: length over mean width.
 
 /// Rust, with the pixels around it, is no crack.
 constexpr int kRustMargin_px = 3;
@@ -64,7 +64,7 @@ ImageU8 long_ones(const ImageU8& cracks) {
   std::vector<char> is_long(static_cast<std::size_t>(count), 0);
   for (int k = 1; k < count; ++k) {
     const double w = stats.at<int>(k, cv::CC_STAT_WIDTH), h = stats.at<int>(k, cv::CC_STAT_HEIGHT);
-    is_long[static_cast<std::size_t>(k)] = w * w + h * h >= kLeastSlenderness * stats.at<int>(k, cv::CC_STAT_AREA);
+    is_long[static_cast<std::size_t>(k)] = w * w + h * h >= kMinSlenderness * stats.at<int>(k, cv::CC_STAT_AREA);
   }
   ImageU8 out = cracks;
   for (int y = 0; y < out.height(); ++y) {

@@ -24,7 +24,7 @@ constexpr double kColorUncertainty = 0.04;
 constexpr double kSmallUncertainty = 0.3;
 constexpr double kSmall_px = 16.0;
 constexpr double kCleanRust = 0.05;  // Coverage up to which a pixel shows the coating.
-constexpr double kMostOfRust = 0.8;  // Share of the rusted area that decides its distribution [ours].
+constexpr double kMaxOfRust = 0.8;   // Share of the rusted area that decides its distribution [ours].
 constexpr double kFewOfRust = 0.2;
 constexpr int kDistributionSquares = 10;  // Along the longer side of the region.
 constexpr double kLocalizedShare = 0.1;   // Of the squares of the region: rust there alone is localized.
@@ -69,7 +69,7 @@ bool is_localized(const std::map<int, InRegion>& spots, const ImageU8& region) {
   const auto few = static_cast<std::size_t>(std::ceil(kLocalizedShare * static_cast<double>(squares.size())));
   double sum = 0.0;
   for (std::size_t k = 0; k < std::min(few, sorted.size()); ++k) sum += sorted[k];
-  return sum >= kMostOfRust * all;
+  return sum >= kMaxOfRust * all;
 }
 
 double diameter_mm(double area_px, double pixel_mm) { return 2.0 * std::sqrt(area_px / std::numbers::pi) * pixel_mm; }
@@ -82,7 +82,7 @@ std::string distribution_of(const std::map<int, InRegion>& spots, const ImageU8&
     all += spot.area_px;
     if (diameter_mm(spot.area_px, pixel_mm) < pinpoint_mm) pinpoints += spot.area_px;
   }
-  if (pinpoints >= kMostOfRust * all) return "P";
+  if (pinpoints >= kMaxOfRust * all) return "P";
   if (pinpoints > kFewOfRust * all) return "H";
   return is_localized(spots, region) ? "S" : "G";
 }

@@ -18,16 +18,16 @@ namespace {
 constexpr double kHalf = 0.5;  // Opacity from which on a pixel is rust: half way to its color.
 constexpr double kSure = 0.6;  // Spots of less opacity in their middle may be stains.
 constexpr double kLowOpacity = -0.25, kHighOpacity = 1.25;  // Of a byte's ends.
-constexpr int kRing_px = 3;              // So far beyond its edge a blurred spot still adds to its area.
-constexpr double kColored = 0.3;         // Share of a spot that must have the color of rust: its rim is blurred.
-constexpr double kMostChange = 0.7;      // Share of the change of the most changed hundredth that rust has.
-constexpr std::size_t kFewestInner = 9;  // Pixels in the middle of spots.
-constexpr double kFaint = 0.2;           // Opacity of the blurred image of a spot too small for a half ...
-constexpr double kFaintPeak = 0.3;       // ... and of its brightest pixel.
+constexpr int kRing_px = 3;           // So far beyond its edge a blurred spot still adds to its area.
+constexpr double kColored = 0.3;      // Share of a spot that must have the color of rust: its rim is blurred.
+constexpr double kMaxChange = 0.7;    // Share of the change of the most changed hundredth that rust has.
+constexpr std::size_t kMinInner = 9;  // Pixels in the middle of spots.
+constexpr double kFaint = 0.2;        // Opacity of the blurred image of a spot too small for a half ...
+constexpr double kFaintPeak = 0.3;    // ... and of its brightest pixel.
 constexpr double kFaintSigmas = 3.5, kPeakSigmas = 5.5;  // The same over the noise of opacities.
-constexpr std::size_t kMostFaint_px = 25;                // A larger faint place is a stain.
-constexpr double kStays = 0.6;           // Share of a faint spot's opacity that later photographs show, too.
-constexpr double kLeastContrast = 1e-4;  // Squared distance of rust's color from the surface's, linear.
+constexpr std::size_t kMaxFaint_px = 25;                 // A larger faint place is a stain.
+constexpr double kStays = 0.6;         // Share of a faint spot's opacity that later photographs show, too.
+constexpr double kMinContrast = 1e-4;  // Squared distance of rust's color from the surface's, linear.
 
 std::array<double, 3> lab_of(const std::array<double, 3>& c) { return lab_from_linear(c[0], c[1], c[2]); }
 
@@ -112,7 +112,7 @@ RustMap::RustMap(const GradedFrames& frames, const RustRule& rule, const RunCont
                        whole += way * way;
                      }
                      const std::size_t k = n * static_cast<std::size_t>(t) + i;
-                     opacity_[k] = opacity_code(whole > kLeastContrast ? along / whole : 0.0);
+                     opacity_[k] = opacity_code(whole > kMinContrast ? along / whole : 0.0);
                      const std::array<double, 3> lab = lab_of(now);
                      is_colored_[k] =
                          has_rust_color(lab, rule_) && distance(lab, lab_of(clean)) >= rule_.least_change ? 1 : 0;
@@ -156,7 +156,7 @@ void RustMap::find_rust_color(const ImageF& color, const ImageF& background) {
   if (all.size() < 2) return;
   // Stains and blurred edges differ less from the surface than rust does.
   const std::size_t rank = all.size() - 1 - all.size() / 100;
-  const double enough = kMostChange * value_at_rank(all, rank);
+  const double enough = kMaxChange * value_at_rank(all, rank);
   const auto is_rust = [&](int x, int y) { return changes[static_cast<std::size_t>(y) * width_ + x] >= enough; };
   std::vector<std::size_t> inner, any;
   for (int y = 0; y < height_; ++y) {
@@ -171,7 +171,7 @@ void RustMap::find_rust_color(const ImageF& color, const ImageF& background) {
   std::array<double, 3>& rust = rust_color_.emplace();
   for (std::size_t c = 0; c < 3; ++c) {
     std::vector<double> values;
-    for (const std::size_t i : inner.size() >= kFewestInner ? inner : any) values.push_back(pixel_of(color, i)[c]);
+    for (const std::size_t i : inner.size() >= kMinInner ? inner : any) values.push_back(pixel_of(color, i)[c]);
     rust[c] = median(std::move(values));
   }
 }
@@ -216,7 +216,7 @@ void RustMap::add_faint_spots(int frame, const std::vector<int>& steps, RustFram
       highest = std::max(highest, opacity(frame, i));
     }
     const double ground = median(around);
-    if (inside.size() > kMostFaint_px || highest - ground < peak) continue;
+    if (inside.size() > kMaxFaint_px || highest - ground < peak) continue;
     const auto mean_at = [&](int t) {
       double sum = 0.0;
       for (const std::size_t i : inside) sum += opacity(t, i);

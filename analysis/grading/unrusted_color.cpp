@@ -11,9 +11,9 @@ namespace patinate::analysis {
 namespace {
 
 constexpr int kBlocksAlong = 24;  // Along the longer side.
-constexpr int kLeastBlock_px = 12;
+constexpr int kMinBlock_px = 12;
 constexpr int kBlurredEdge_px = 2;
-constexpr double kLeastClean = 0.1;  // Share of a block that must be clean to tell its color.
+constexpr double kMinClean = 0.1;  // Share of a block that must be clean to tell its color.
 
 /// Numbers on a coarse grid, in between bilinear.
 struct Grid {
@@ -90,7 +90,7 @@ ImageU8 with_blurred_edge(const ImageU8& is_rust) {
 /// Medians over the clean pixels of blocks. @param value  Of a pixel: three numbers.
 template <class Value>
 Grid block_medians(int width, int height, const ImageU8& mask, const ImageU8& is_rust, const Value& value) {
-  const int block = std::max(kLeastBlock_px, std::max(width, height) / kBlocksAlong);
+  const int block = std::max(kMinBlock_px, std::max(width, height) / kBlocksAlong);
   const ImageU8 near_rust = with_blurred_edge(is_rust);
   Grid grid{.width = std::max(1, width / block), .height = std::max(1, height / block)};
   grid.step_x = static_cast<double>(width) / grid.width;
@@ -111,7 +111,7 @@ Grid block_medians(int width, int height, const ImageU8& mask, const ImageU8& is
           for (std::size_t c = 0; c < 3; ++c) found[c].push_back(v[c]);
         }
       }
-      if (inside == 0 || static_cast<double>(found[0].size()) < kLeastClean * static_cast<double>(inside)) continue;
+      if (inside == 0 || static_cast<double>(found[0].size()) < kMinClean * static_cast<double>(inside)) continue;
       const std::size_t b = static_cast<std::size_t>(by) * grid.width + bx;
       for (std::size_t c = 0; c < 3; ++c) grid.values[b][c] = median(found[c]);
       grid.is_known[b] = 1;

@@ -52,7 +52,7 @@ void add_figures(HtmlPage& page, const std::vector<Figure>& all, std::string_vie
   for (const Figure& f : all) {
     if (is_zero(f)) zeros.push_back(f.title);
   }
-  const bool are_told_at_once = zeros.size() >= kFewestZeros;
+  const bool are_told_at_once = zeros.size() >= kMinZeros;
   if (are_told_at_once) page.paragraph(zeros_text(zeros, ""));
   std::copy_if(all.begin(), all.end(), std::back_inserter(figures),
                [&](const Figure& f) { return !are_told_at_once || !is_zero(f); });
@@ -65,7 +65,7 @@ void add_figures(HtmlPage& page, const std::vector<Figure>& all, std::string_vie
   page.table(header, rows);
 }
 
-constexpr std::uint64_t kMostOfPictures = std::uint64_t{1} << 34;
+constexpr std::uint64_t kMaxOfPictures = std::uint64_t{1} << 34;
 
 /// Relative to the page's folder.
 fs::path curve_file(const Curve& curve, const char* extension) { return fs::path("curves") / (curve.name + extension); }
@@ -104,7 +104,7 @@ void save_part(const fs::path& file, Json part) {
 
 Json load_part(const fs::path& file) {
   Json part = load_json(file);
-  std::istringstream lines(read_file(pictures_of(file), kMostOfPictures));
+  std::istringstream lines(read_file(pictures_of(file), kMaxOfPictures));
   for (Json& picture : part.at("pictures")) {
     std::string source;
     if (!std::getline(lines, source)) throw IoError(pictures_of(file).string(), "lacks a picture");

@@ -28,7 +28,7 @@ void save_part(const std::filesystem::path& file, Json part);
 [[nodiscard]] Json load_part(const std::filesystem::path& file);
 
 /// So many figures that are 0 are one sentence on a page, and no rows.
-inline constexpr std::size_t kFewestZeros = 4;
+inline constexpr std::size_t kMinZeros = 4;
 /// "5 figures are 0 for every pair: TITLE; TITLE; ...". @param of_whom  " for every pair", or "".
 [[nodiscard]] std::string zeros_text(const std::vector<std::string>& titles, std::string_view of_whom);
 

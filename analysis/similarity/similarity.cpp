@@ -14,10 +14,10 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMostColors = 4096;  ///< Of a moment.
-constexpr int kLeastRings = 4;             ///< Two octaves that both spectra have.
-constexpr int kFarthestSlide = 4;          ///< Half-octaves.
-constexpr std::array<int, 1> kOnce{1};     ///< Everything is one block, which counts once.
+constexpr std::size_t kMaxColors = 4096;  ///< Of a moment.
+constexpr int kMinRings = 4;              ///< Two octaves that both spectra have.
+constexpr int kFarthestSlide = 4;         ///< Half-octaves.
+constexpr std::array<int, 1> kOnce{1};    ///< Everything is one block, which counts once.
 
 std::vector<double> moments_of(const HistoryFacts& facts) {
   if (facts.frames.size() == 1) return {facts.frames.front().time};
@@ -47,7 +47,7 @@ std::optional<double> structure_between(const SurfaceDescriptor& a, const Surfac
   const auto mean_at = [&](double pixel_a, double pixel_b) -> std::optional<double> {
     double sum = 0.0;
     for (const auto& [i, j] : pairs) {
-      const std::optional<double> d = octaves_between(a.spectra[i], pixel_a, b.spectra[j], pixel_b, kLeastRings);
+      const std::optional<double> d = octaves_between(a.spectra[i], pixel_a, b.spectra[j], pixel_b, kMinRings);
       if (!d) return std::nullopt;
       sum += *d;
     }
@@ -97,7 +97,7 @@ SurfaceDescriptor describe_surface(const TextureSeries& series, const RunControl
   parallel_for(static_cast<std::int64_t>(moments.size()), 1, control.part(0.5, 0.9),
                [&](std::int64_t begin, std::int64_t end) {
                  for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
-                   moments[t].colors.emplace(stack, t, all, whole.block_of, kMostColors, 0);
+                   moments[t].colors.emplace(stack, t, all, whole.block_of, kMaxColors, 0);
                    const SpatialStructure structure(stack, t, whole, SpatialFigures::Spectrum);
                    moments[t].spectrum = {structure.frequencies(), structure.spectrum(kOnce)};
                  }

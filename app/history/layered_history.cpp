@@ -100,7 +100,7 @@ class LayeredHistory final : public History {
     const HistoryFacts &b = below_->facts(), &a = above_->facts();
     if (b.texel_size_mm && a.texel_size_mm) ratio_ = *b.texel_size_mm / *a.texel_size_mm;
     if (std::abs(ratio_ - 1.0) < 1e-9) ratio_ = 1.0;
-    if (ratio_ > kLeastFootprint_px) above_ = std::make_shared<const FootprintHistory>(above_, ratio_);
+    if (ratio_ > kMinFootprint_px) above_ = std::make_shared<const FootprintHistory>(above_, ratio_);
     const double span_below = b.frames.back().time - b.frames.front().time;
     const double span_above = a.frames.back().time - a.frames.front().time;
     rate_ = task.clock == transfer::LibraryClock::Span && span_above > 0.0 && span_below > 0.0

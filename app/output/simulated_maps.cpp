@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* kWater = "water";
 constexpr std::array<const char*, 2> kPlants{"moss", "organic"};  ///< The first that a scene has, as in the studio.
-constexpr float kLeastRoughness = 0.05f;                          // As in the GLB that `simulate` writes.
+constexpr float kMinRoughness = 0.05f;                            // As in the GLB that `simulate` writes.
 
 int material_index(const simulation::Scene& scene, const std::string& name) {
   const auto found = std::find(scene.materials.begin(), scene.materials.end(), name);
@@ -35,7 +35,7 @@ ImageF decoded_normals(const ImageU8& codes) {
 ImageF roughness_of(const ImageU8& gloss) {
   ImageF roughness(gloss.width(), gloss.height());
   for (std::size_t i = 0; i < roughness.values().size(); ++i)
-    roughness.values()[i] = std::max(kLeastRoughness, 1.0f - static_cast<float>(gloss.values()[i]) / 255.0f);
+    roughness.values()[i] = std::max(kMinRoughness, 1.0f - static_cast<float>(gloss.values()[i]) / 255.0f);
   return roughness;
 }
 

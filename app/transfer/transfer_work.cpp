@@ -162,7 +162,7 @@ std::shared_ptr<const FlowFrames> make_flow(const std::string& flow, const Texel
 
 void check_request(const TransferRequest& request) {
   const std::optional<double>& size = request.texel_size_mm;
-  if (size && !(*size >= kLeastTexel_mm && *size <= kLargestTexel_mm))
+  if (size && !(*size >= kMinTexel_mm && *size <= kLargestTexel_mm))
     throw UsageError("--texel-size: found `" + number_text(*size) + "`; expected a number [1e-9, 1e9]");
   const std::string& device = request.device.device;
   if (device != "auto" && device != "cpu" && request.transfer.method != transfer::TransferMethod::Fast)

@@ -18,18 +18,18 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kLeastSide = 32;
+constexpr int kMinSide = 32;
 constexpr int kMatchedSide = 1600;
 constexpr int kMaxFeatures = 6000;
 constexpr float kRatio = 0.85f;  ///< Lowe's test: nearest over second nearest descriptor.
 constexpr double kInlierDistance_px = 3.0;
-constexpr int kLeastInliers = 15;
+constexpr int kMinInliers = 15;
 constexpr int kPatch = 20;  ///< Half side of the patches that make the view exact, in pixels.
 constexpr int kPatchStep = 16;
 constexpr int kSearch = 5;
 constexpr double kPatchDistance_px = 1.5;
-constexpr double kLeastCorrelation = 0.4;  ///< Of a patch.
-constexpr double kLeastBend = 0.01;        ///< Of the correlation's peak, per square pixel.
+constexpr double kMinCorrelation = 0.4;  ///< Of a patch.
+constexpr double kMinBend = 0.01;        ///< Of the correlation's peak, per square pixel.
 
 cv::Mat as_mat(const ImageF& image) {
   return {image.height(), image.width(), CV_32FC(image.channels()), const_cast<float*>(image.data())};
@@ -129,7 +129,7 @@ std::optional<Displacement> find_patch(const cv::Mat& reference, const cv::Mat& 
   const cv::Rect area(patch.x - kSearch, patch.y - kSearch, patch.width + 2 * kSearch, patch.height + 2 * kSearch);
   cv::Mat scores;
   cv::matchTemplate(warped(area), reference(patch), scores, cv::TM_CCOEFF_NORMED);
-  const std::optional<ScorePeak> peak = find_score_peak(scores, kLeastCorrelation, kLeastBend);
+  const std::optional<ScorePeak> peak = find_score_peak(scores, kMinCorrelation, kMinBend);
   if (!peak) return std::nullopt;
   return Displacement{{static_cast<float>(peak->pixel.x() - kSearch + peak->fraction.x()),
                        static_cast<float>(peak->pixel.y() - kSearch + peak->fraction.y())},
@@ -194,12 +194,12 @@ bool refine(const cv::Mat& reference, const cv::Mat& image, cv::Matx33d& h, Imag
   constexpr int kRounds = 4;
   for (int round = 0; round < kRounds; ++round) {
     const PatchMatches patches = match_patches(reference, image, h);
-    if (patches.correlations.size() < static_cast<std::size_t>(kLeastInliers)) return false;
+    if (patches.correlations.size() < static_cast<std::size_t>(kMinInliers)) return false;
     std::vector<unsigned char> is_inlier;
     const cv::Mat found = cv::findHomography(patches.matches.in_image, patches.matches.in_reference, cv::RANSAC,
                                              kPatchDistance_px, is_inlier, 5000, 0.9999);
     result.num_inliers = static_cast<int>(std::count(is_inlier.begin(), is_inlier.end(), 1));
-    if (found.empty() || result.num_inliers < kLeastInliers) return false;
+    if (found.empty() || result.num_inliers < kMinInliers) return false;
     h = cv::Matx33d(found.ptr<double>());
     if (!is_plausible(h, image, reference)) return false;
     result.residual_px = rms_distance(h, patches.matches, is_inlier);
@@ -211,8 +211,8 @@ bool refine(const cv::Mat& reference, const cv::Mat& image, cv::Matx33d& h, Imag
 }
 
 void check_image(const ImageF& image) {
-  if (image.channels() != 1 || std::min(image.width(), image.height()) < kLeastSide) {
-    throw InvalidInput("alignment: an image must be gray and have at least " + std::to_string(kLeastSide) +
+  if (image.channels() != 1 || std::min(image.width(), image.height()) < kMinSide) {
+    throw InvalidInput("alignment: an image must be gray and have at least " + std::to_string(kMinSide) +
                        " pixels a side");
   }
 }
@@ -243,10 +243,10 @@ ImageAlignment align_images(const ImageF& reference, const ImageF& image, const 
   control.throw_if_stopped();
   control.report(0.4);
   result.status = AlignmentStatus::TooFewDetails;
-  if (std::min(to.points.size(), from.points.size()) < static_cast<std::size_t>(kLeastInliers)) return result;
+  if (std::min(to.points.size(), from.points.size()) < static_cast<std::size_t>(kMinInliers)) return result;
   const Matches matches = match(to, from);
   result.num_matches = static_cast<int>(matches.in_image.size());
-  if (result.num_matches < kLeastInliers) return result;
+  if (result.num_matches < kMinInliers) return result;
   control.throw_if_stopped();
   control.report(0.6);
 
@@ -255,7 +255,7 @@ ImageAlignment align_images(const ImageF& reference, const ImageF& image, const 
   const cv::Mat found = cv::findHomography(matches.in_image, matches.in_reference, cv::RANSAC, kInlierDistance_px,
                                            is_inlier, 5000, 0.9999);
   result.num_inliers = static_cast<int>(std::count(is_inlier.begin(), is_inlier.end(), 1));
-  if (found.empty() || result.num_inliers < kLeastInliers) return result;
+  if (found.empty() || result.num_inliers < kMinInliers) return result;
   cv::Matx33d h(found.ptr<double>());
   if (!is_plausible(h, from.map, to.map)) return result;
 

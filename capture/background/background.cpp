@@ -16,13 +16,13 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kBorder = 0.03;     ///< Width of the border that is looked at, of the shorter side.
-constexpr int kOrder = 2;            ///< Of the light's course: a lamp's fall-off over a table.
-constexpr double kGrains = 5.0;      ///< Standard deviations that a pixel of the background may lie off.
-constexpr double kLeastSpan = 0.03;  ///< Codes; eight of 255, what JPEG does to plain paper beside an edge.
-constexpr double kMostSpan = 0.12;   ///< A border that needs more is not plain.
-constexpr double kPlain = 0.6;       ///< Part of the border, from which on it is: the object may be cut by one side.
-constexpr double kSaturated = 0.3;   ///< (max - min) / max of a color that has shades.
+constexpr double kBorder = 0.03;    ///< Width of the border that is looked at, of the shorter side.
+constexpr int kOrder = 2;           ///< Of the light's course: a lamp's fall-off over a table.
+constexpr double kGrains = 5.0;     ///< Standard deviations that a pixel of the background may lie off.
+constexpr double kMinSpan = 0.03;   ///< Codes; eight of 255, what JPEG does to plain paper beside an edge.
+constexpr double kMaxSpan = 0.12;   ///< A border that needs more is not plain.
+constexpr double kPlain = 0.6;      ///< Part of the border, from which on it is: the object may be cut by one side.
+constexpr double kSaturated = 0.3;  ///< (max - min) / max of a color that has shades.
 constexpr double kShadeLow = 1.0 / 3.0, kShadeHigh = 1.5;
 constexpr double kNearColor = 0.1;     ///< Codes.
 constexpr double kGrainBlur_px = 1.5;  ///< Takes a camera's grain to a fifth.
@@ -170,7 +170,7 @@ PlainBackground plain_background(const ImageF& codes, const ImageU8& known) {
   const std::vector<std::int64_t> border = border_pixels(codes, known);
   if (border.empty()) return result;
   // A course of the light along the border is allowed for before it is known: three times what a pixel may lie off.
-  const std::vector<std::int64_t> near = near_middle(codes, border, 3.0 * kMostSpan);
+  const std::vector<std::int64_t> near = near_middle(codes, border, 3.0 * kMaxSpan);
   if (near.empty()) return result;
   const BackgroundColor color(codes, near);
   std::vector<float> distances;
@@ -178,7 +178,7 @@ PlainBackground plain_background(const ImageF& codes, const ImageU8& known) {
   // The lower half is background in any case; its spread is the grain's. 1.54 = the middle of the length of three
   // normal numbers.
   const double grain = static_cast<double>(value_at_rank(distances, distances.size() / 2)) / 1.54;
-  const double span = std::clamp(kGrains * grain, kLeastSpan, kMostSpan);
+  const double span = std::clamp(kGrains * grain, kMinSpan, kMaxSpan);
   const auto num_near =
       std::count_if(distances.begin(), distances.end(), [span](float d) { return static_cast<double>(d) <= span; });
   result.border_share = static_cast<double>(num_near) / static_cast<double>(border.size());

@@ -35,7 +35,7 @@ struct CameraSolution {
   std::vector<std::vector<double>> residuals;  ///< Distance in pixels of each point of each view.
 };
 
-constexpr double kLeastSigmaPx = 1e-7;  ///< Exact pixels have no scale of their own.
+constexpr double kMinSigmaPx = 1e-7;  ///< Exact pixels have no scale of their own.
 constexpr int kPixelRounds = 3;
 
 /// A point turned by the start's rotation already: the parameters are a small turn and the whole shift.
@@ -105,7 +105,7 @@ CameraSolution refine_camera(const std::vector<const PointView*>& views, const C
     solution.has_converged = solve_quietly(problem).has_converged;
 
     const std::vector<double> residuals = residuals_without_loss(problem);
-    const double typical = std::max(kLeastSigmaPx, robust_sigma(residuals));
+    const double typical = std::max(kMinSigmaPx, robust_sigma(residuals));
     huber_px = options.huber_sigmas * typical;
     if (round == kPixelRounds) {
       std::vector<double*> blocks{start.focal_center.data()};

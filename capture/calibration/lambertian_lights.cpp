@@ -31,7 +31,7 @@ struct LambertianSolution {
   std::vector<double> rms;  ///< Of each light.
 };
 
-constexpr double kLeastSigma = 1e-9;  ///< Exact values have no scale of their own.
+constexpr double kMinSigma = 1e-9;  ///< Exact values have no scale of their own.
 constexpr int kShadeRounds = 3;
 
 struct ShadeError {
@@ -77,7 +77,7 @@ LambertianSolution refine_lambertian(const std::vector<std::vector<ShadedSample>
     if (!options.has_vignetting) problem.SetParameterBlockConstant(start.vignetting.data());
     solution.has_converged = solve_quietly(problem).has_converged;
     const std::vector<double> residuals = residuals_without_loss(problem);
-    const double typical = std::max(kLeastSigma, robust_sigma(residuals));
+    const double typical = std::max(kMinSigma, robust_sigma(residuals));
     huber = options.huber_sigmas * typical;
     if (round < kShadeRounds) continue;
     std::vector<double*> parameters;

@@ -13,11 +13,11 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kLeastSlope = 0.1;  ///< Of a response: from black to white it then spans the tenth of its range.
+constexpr double kMinSlope = 0.1;  ///< Of a response: from black to white it then spans the tenth of its range.
 /// Numbers of a camera and one photograph: matrix, sensor, response, light. Of what a table says, the fit takes so many
 /// to itself, and errs elsewhere by as much more.
 constexpr double kNumFitted = 29.0;
-constexpr std::size_t kMostForVignetting = 12;
+constexpr std::size_t kMaxForVignetting = 12;
 constexpr double kSureVignetting = 0.05;  ///< Standard deviation of light in the corners.
 
 /// Photographs of all, evenly spread.
@@ -124,7 +124,7 @@ ChartFit fit_chart(const std::vector<ChartSight>& sights, const ChartTable& tabl
   if (sights.empty()) throw InvalidInput("fit_chart: a photograph of the chart is needed");
   const ChartProblem problem(sights, table);
   ChartFit fit;
-  const std::vector<std::size_t> some = spread(sights.size(), kMostForVignetting);
+  const std::vector<std::size_t> some = spread(sights.size(), kMaxForVignetting);
   const ChartSolution tried = problem.solve(some, problem.start(some), true, true);
   const double deviation = tried.vignetting_deviation, vignetting = tried.unknowns.field[0];
   const bool has_vignetting = deviation < kSureVignetting && vignetting > 2.0 * deviation;
@@ -148,7 +148,7 @@ ChartFit fit_chart(const std::vector<ChartSight>& sights, const ChartTable& tabl
     fit.lights.push_back(light);
   }
   for (const ChannelResponse& response : fit.camera.response) {
-    if (!(response.least_slope() > kLeastSlope)) fit.status = ChartFitStatus::NoResponse;
+    if (!(response.least_slope() > kMinSlope)) fit.status = ChartFitStatus::NoResponse;
   }
   add_residuals(sights, table, fit);
   return fit;

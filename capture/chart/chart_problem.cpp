@@ -27,7 +27,7 @@ constexpr double kNoise = 0.2;            ///< The same by which a patch differs
 constexpr double kLossScale = 3.0;        ///< Deviations of either from which on a patch counts less.
 /// Of the largest value: what is darker has no logarithm worth fitting. The black patch has 0.03 of the light, and
 /// under 0.001 where linear codes were taken for sRGB.
-constexpr double kLeastShare = 1e-3;
+constexpr double kMinShare = 1e-3;
 constexpr int kMostIterations = 100;
 constexpr double kDarkest = 1e-9;  ///< In place of a channel that is black all over.
 
@@ -152,7 +152,7 @@ void ChartProblem::set_responses() {
     for (const std::vector<ChartSample>& samples : samples_) {
       for (const ChartSample& sample : samples) {
         if (!sample.is_used) continue;
-        const double value = std::max(sample.value[c], kLeastShare * response.high);
+        const double value = std::max(sample.value[c], kMinShare * response.high);
         response.low = std::min(response.low, value);
         sum += std::log(value);
         count += 1.0;

@@ -17,19 +17,19 @@ namespace {
 
 constexpr double kBlur_px = 1.2;                                     ///< Takes a camera's grain to a fifth.
 constexpr std::array<double, 5> kEdges{4.0, 8.0, 16.0, 32.0, 64.0};  ///< Codes of 255 by two pixels that bound a patch.
-constexpr double kLeastSide_px = 6.0;                                ///< Of a patch, without its blurred border.
+constexpr double kMinSide_px = 6.0;                                  ///< Of a patch, without its blurred border.
 constexpr double kLargestShare = 0.03;  ///< Of the picture: 24 patches fill three quarters of it.
-constexpr double kLeastFilled = 0.8;    ///< Of the quad around a patch.
+constexpr double kMinFilled = 0.8;      ///< Of the quad around a patch.
 constexpr double kLargestAspect = 1.8;  ///< A patch is a square, tilted by up to 55 degrees.
 constexpr double kSame = 0.35;          ///< Of a side: two quads of one patch.
 /// Distance of two middles over the side that is found: patches fill 0.87 of it, less the border that is blurred.
-constexpr double kLeastStep = 1.02, kLargestStep = 2.2;
-constexpr double kSizeRatio = 1.6;        ///< Of neighbors.
-constexpr double kOffPlace = 0.25;        ///< Of a step, that the next quad may lie beside where it is looked for.
-constexpr int kFarthest = 12;             ///< Columns or rows from the first quad.
-constexpr std::size_t kMostQuads = 1000;  ///< The largest: texture of a surface has thousands of small ones.
-constexpr std::size_t kMostGrids = 8;
-constexpr std::size_t kFewestInGrid = 6;
+constexpr double kMinStep = 1.02, kLargestStep = 2.2;
+constexpr double kSizeRatio = 1.6;       ///< Of neighbors.
+constexpr double kOffPlace = 0.25;       ///< Of a step, that the next quad may lie beside where it is looked for.
+constexpr int kFarthest = 12;            ///< Columns or rows from the first quad.
+constexpr std::size_t kMaxQuads = 1000;  ///< The largest: texture of a surface has thousands of small ones.
+constexpr std::size_t kMaxGrids = 8;
+constexpr std::size_t kMinInGrid = 6;
 
 /// Largest change of any channel by two pixels, in codes of 255.
 cv::Mat edge_strength(const ImageF& codes) {
@@ -53,7 +53,7 @@ cv::Mat edge_strength(const ImageF& codes) {
 
 std::optional<ChartQuad> quad_of(const std::vector<cv::Point>& contour, double most_area) {
   const double area = cv::contourArea(contour);
-  if (area < kLeastSide_px * kLeastSide_px || area > most_area) return std::nullopt;
+  if (area < kMinSide_px * kMinSide_px || area > most_area) return std::nullopt;
   std::vector<cv::Point> hull, corners;
   cv::convexHull(contour, hull);
   constexpr std::array<double, 4> kTolerances{0.06, 0.1, 0.15, 0.2};  // Of a side.
@@ -61,7 +61,7 @@ std::optional<ChartQuad> quad_of(const std::vector<cv::Point>& contour, double m
     cv::approxPolyDP(hull, corners, tolerance * std::sqrt(area), true);
     if (corners.size() <= 4) break;
   }
-  if (corners.size() != 4 || area < kLeastFilled * cv::contourArea(corners)) return std::nullopt;
+  if (corners.size() != 4 || area < kMinFilled * cv::contourArea(corners)) return std::nullopt;
   std::array<Eigen::Vector2d, 4> at;
   for (std::size_t i = 0; i < 4; ++i) at[i] = {corners[i].x, corners[i].y};
   ChartQuad quad;
@@ -105,7 +105,7 @@ std::optional<Eigen::Vector2d> step_along(const std::vector<ChartQuad>& quads, c
     Eigen::Vector2d step = quad.middle - from.middle;
     const double forward = step.dot(side) / side.squaredNorm();
     const double beside = std::abs(step.x() * side.y() - step.y() * side.x()) / side.squaredNorm();
-    if (std::abs(forward) < kLeastStep || std::abs(forward) > kLargestStep || beside > kOffPlace * std::abs(forward) ||
+    if (std::abs(forward) < kMinStep || std::abs(forward) > kLargestStep || beside > kOffPlace * std::abs(forward) ||
         !are_alike(quad, from))
       continue;
     if (forward < 0.0) step = -step;
@@ -213,7 +213,7 @@ std::vector<ChartQuad> find_quads(const ImageF& codes) {
   }
   std::stable_sort(quads.begin(), quads.end(),
                    [](const ChartQuad& a, const ChartQuad& b) { return size_of(a) > size_of(b); });
-  if (quads.size() > kMostQuads) quads.resize(kMostQuads);
+  if (quads.size() > kMaxQuads) quads.resize(kMaxQuads);
   return quads;
 }
 
@@ -221,7 +221,7 @@ std::vector<QuadGrid> find_grids(const std::vector<ChartQuad>& quads) {
   std::vector<QuadGrid> grids;
   for (const ChartQuad& quad : quads) {
     const QuadGrid grid = from_zero(trimmed(grow(quads, quad)));
-    if (grid.size() >= kFewestInGrid) grids.push_back(grid);
+    if (grid.size() >= kMinInGrid) grids.push_back(grid);
   }
   std::stable_sort(grids.begin(), grids.end(),
                    [](const QuadGrid& a, const QuadGrid& b) { return a.size() > b.size(); });
@@ -230,7 +230,7 @@ std::vector<QuadGrid> find_grids(const std::vector<ChartQuad>& quads) {
     const bool is_known = std::any_of(different.begin(), different.end(),
                                       [&](const QuadGrid& other) { return share_quads(grid, other); });
     if (!is_known) different.push_back(grid);
-    if (different.size() == kMostGrids) break;
+    if (different.size() == kMaxGrids) break;
   }
   return different;
 }

@@ -91,8 +91,8 @@ ChartTable classic_chart(ChartEdition edition) {
 
 ChartTable read_chart_table(const std::filesystem::path& file, ChartWhite white) {
   const std::vector<std::string> header{"name", "x", "y", "L", "a", "b"};
-  constexpr std::uint64_t kMostBytes = 1 << 20;
-  const TextLines lines(file, kMostBytes);
+  constexpr std::uint64_t kMaxBytes = 1 << 20;
+  const TextLines lines(file, kMaxBytes);
   ChartTable table;
   for (const TextLines::Line& line : lines.lines()) {
     if (line.is_empty()) continue;
@@ -118,9 +118,9 @@ ChartTable read_chart_table(const std::filesystem::path& file, ChartWhite white)
     set_color(patch, {numbers[2], numbers[3], numbers[4]}, white);
     table.push_back(std::move(patch));
   }
-  if (table.size() < kFewestPatches)
+  if (table.size() < kMinPatches)
     throw IoError(lines.file(), "names " + std::to_string(table.size()) + " patches; expected " +
-                                    std::to_string(kFewestPatches) + " or more lines of name,x,y,L,a,b");
+                                    std::to_string(kMinPatches) + " or more lines of name,x,y,L,a,b");
   return table;
 }
 

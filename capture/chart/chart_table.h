@@ -10,7 +10,7 @@
 namespace patinate::capture {
 
 /// Fewest patches of a table: with three numbers each, more than twice as many as a photograph and its camera take.
-inline constexpr std::size_t kFewestPatches = 12;
+inline constexpr std::size_t kMinPatches = 12;
 
 struct ChartPatch {
   std::string name;
@@ -33,7 +33,7 @@ enum class ChartWhite { D50, D65 };
 
 /// Lines `name,x,y,L,a,b`; a first line of these words, empty lines and lines that begin with # are passed over.
 /// @throws IoError naming the line: it has not six fields, a place lies outside of [0, 1], L* outside of [0, 100], or a
-/// name or place is taken; or if there are fewer than kFewestPatches.
+/// name or place is taken; or if there are fewer than kMinPatches.
 [[nodiscard]] ChartTable read_chart_table(const std::filesystem::path& file, ChartWhite white);
 
 /// Whether patches stand where those of the classic chart do, in its order: find_chart() looks for nothing else.

@@ -23,11 +23,11 @@ namespace {
 constexpr std::array<int, 2> kSides{1000, 2000};  ///< Longer side at which a photograph is looked at; then finer.
 constexpr double kBrightShare = 0.99;             ///< Of the values, below what becomes code 230.
 constexpr double kBright = 0.8;
-constexpr std::size_t kFewestQuads = 10;  ///< That are seen; dark ones vanish in the frame.
+constexpr std::size_t kMinQuads = 10;  ///< That are seen; dark ones vanish in the frame.
 /// CIEDE2000 of the middle patch: wrong turns of the chart leave more than twice as much, whatever matrix is fitted.
-constexpr double kMostError = 9.0;
+constexpr double kMaxError = 9.0;
 constexpr double kSampleRadius = 0.22;  ///< Of the distance of two patches: half of a patch.
-constexpr double kMostBend = 0.1;       ///< Of the same: from there on samples may leave the patch.
+constexpr double kMaxBend = 0.1;        ///< Of the same: from there on samples may leave the patch.
 constexpr int kNumFits = 8;
 
 using Grid3 = Eigen::Matrix3d;
@@ -148,7 +148,7 @@ Turn try_turn(const SmallPhoto& photo, const Grid3& plane, const Grid3& cell_fro
       patches.push_back(&table[static_cast<std::size_t>(row * kChartColumns + column)]);
     }
   }
-  if (seen.size() >= kFewestQuads) turn.error = color_error(seen, patches);
+  if (seen.size() >= kMinQuads) turn.error = color_error(seen, patches);
   return turn;
 }
 
@@ -197,7 +197,7 @@ struct Candidate {
 std::optional<Candidate> best_candidate(const SmallPhoto& photo, const ChartTable& table) {
   std::optional<Candidate> best;
   for (const QuadGrid& grid : find_grids(find_quads(photo.codes))) {
-    if (grid.size() < kFewestQuads) continue;
+    if (grid.size() < kMinQuads) continue;
     const std::optional<Grid3> plane = plane_of(grid);
     if (!plane) continue;
     const Turn turn = best_turn(photo, grid, *plane, table);
@@ -221,12 +221,12 @@ ChartPlace find_chart(const ImageF& linear, const ChartTable& table) {
     const SmallPhoto photo = small_photo(linear, side);
     const std::optional<Candidate> found = best_candidate(photo, table);
     if (found) least_error = std::min(least_error, found->turn.error);
-    if (!found || found->turn.error > kMostError) continue;
+    if (!found || found->turn.error > kMaxError) continue;
     if (found->turn.is_mirrored) return {.problem = "shows its chart mirrored; flip it back"};
     if (found->turn.num_outside > 0)
       return {.problem = "shows only a part of its chart: " + std::to_string(found->turn.num_outside) +
                          " patches lie outside of the picture"};
-    if (found->bend > kMostBend)
+    if (found->bend > kMaxBend)
       return {.problem = "shows its chart bent or partly hidden: its patches do not lie as those of a plane do"};
     return {.photo_from_chart = photo_from_chart(found->turn, photo.scale)};
   }

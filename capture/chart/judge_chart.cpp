@@ -12,8 +12,8 @@ namespace {
 /// CIEDE2000 of a patch that something lies over: twice what a 3 x 3 matrix leaves of the worst patch of real cameras.
 constexpr double kHidden = 12.0;
 /// Mean CIEDE2000 of a chart that is not the table's: twice what a 3 x 3 matrix leaves under the worst lamps.
-constexpr double kMostMean = 5.0;
-constexpr std::size_t kMostNamed = 4;
+constexpr double kMaxMean = 5.0;
+constexpr std::size_t kMaxNamed = 4;
 
 std::vector<std::string> hidden_patches(const ChartFit& fit, std::size_t photo, const ChartTable& table) {
   std::vector<std::string> names;
@@ -32,15 +32,15 @@ std::string judge_chart(const ChartFit& fit, std::size_t photo, const ChartTable
   const std::vector<std::string> hidden = hidden_patches(fit, photo, table);
   if (!hidden.empty() && 2 * hidden.size() < table.size()) {
     std::string names;
-    for (std::size_t i = 0; i < std::min(kMostNamed, hidden.size()); ++i) names += (i == 0 ? "" : ", ") + hidden[i];
-    if (hidden.size() > kMostNamed) names += " and " + std::to_string(hidden.size() - kMostNamed) + " more";
+    for (std::size_t i = 0; i < std::min(kMaxNamed, hidden.size()); ++i) names += (i == 0 ? "" : ", ") + hidden[i];
+    if (hidden.size() > kMaxNamed) names += " and " + std::to_string(hidden.size() - kMaxNamed) + " more";
     return "shows its chart partly hidden, wet, dirty or in a highlight, or it is of another make: " + names +
            (hidden.size() == 1 ? " does not have its color" : " do not have their colors");
   }
   const double mean = fit.residuals[photo].mean;
-  if (hidden.empty() && mean <= kMostMean) return "";
+  if (hidden.empty() && mean <= kMaxMean) return "";
   return "shows a chart whose colors differ from the table's by CIEDE2000 " + short_number_text(rounded(mean, 2)) +
-         " on average, more than " + short_number_text(kMostMean) + ": another make, or uneven light over it";
+         " on average, more than " + short_number_text(kMaxMean) + ": another make, or uneven light over it";
 }
 
 }  // namespace patinate::capture

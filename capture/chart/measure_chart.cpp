@@ -12,16 +12,16 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kPatchRadius = 0.22;   ///< Of the distance to the next patch, whose half side is 0.43 of it.
-constexpr double kMostSaturated = 0.1;  ///< Of a patch's pixels: no more are left out of a mean at its bright end.
-constexpr double kLeastPixels = 12.0;   ///< Of a sample.
+constexpr double kPatchRadius = 0.22;  ///< Of the distance to the next patch, whose half side is 0.43 of it.
+constexpr double kMaxSaturated = 0.1;  ///< Of a patch's pixels: no more are left out of a mean at its bright end.
+constexpr double kLeastPixels = 12.0;  ///< Of a sample.
 /// Relative difference of a quarter of a patch. Light that falls by half over the whole chart changes a patch by a
 /// tenth of this.
-constexpr double kMostUneven = 0.3;
+constexpr double kMaxUneven = 0.3;
 /// Of white: then the black patch is below code 6 of sRGB, and half a code is a tenth of it.
-constexpr double kLeastWhite = 0.04;
-constexpr double kLeastCode = 7.6e-4;  ///< Linear light of code 2.5 of 255 in sRGB: colors outside of a camera's gamut.
-constexpr double kFaint = 0.01;        ///< Added to light that is divided by: a patch may be black in a channel.
+constexpr double kMinWhite = 0.04;
+constexpr double kMinCode = 7.6e-4;  ///< Linear light of code 2.5 of 255 in sRGB: colors outside of a camera's gamut.
+constexpr double kFaint = 0.01;      ///< Added to light that is divided by: a patch may be black in a channel.
 
 double middle_mean(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -72,7 +72,7 @@ PatchLight measure_patch(const ImageF& linear, const SensorView& sensor, const E
   patch.saturated = num_saturated / static_cast<double>(all.values[0].size());
   for (std::size_t c = 0; c < 3; ++c) patch.light[c] = middle_mean(all.values[c]);
   const double least = *std::min_element(patch.light.begin(), patch.light.end());
-  patch.is_clipped = patch.saturated > kMostSaturated || (sensor.has_codes && least < kLeastCode);
+  patch.is_clipped = patch.saturated > kMaxSaturated || (sensor.has_codes && least < kMinCode);
   const double bright = *std::max_element(patch.light.begin(), patch.light.end());
   for (const Channels& quarter : quarters) {
     if (quarter.values[0].empty()) continue;
@@ -97,17 +97,17 @@ std::string problem_of(const ChartSight& sight, const SensorView& sensor, const 
   for (std::size_t i = 0; i < table.size(); ++i) {
     const PatchLight& patch = sight.patches[i];
     if (!patch.is_shown) outside.push_back(table[i].name);
-    if (patch.is_shown && patch.uneven > kMostUneven) uneven.push_back(table[i].name);
+    if (patch.is_shown && patch.uneven > kMaxUneven) uneven.push_back(table[i].name);
     if (table[i].lab[0] > table[white].lab[0]) white = i;
   }
   if (!outside.empty()) return "shows only a part of its chart: " + named(outside) + " lie outside of the picture";
   const PatchLight& brightest = sight.patches[white];
-  if (brightest.saturated > kMostSaturated)
+  if (brightest.saturated > kMaxSaturated)
     return "is too bright for its chart: the patch " + table[white].name + " is saturated; expose less";
   const double most = *std::max_element(brightest.light.begin(), brightest.light.end());
-  if (!(most > 0.0) || (sensor.has_codes && most < kLeastWhite))
+  if (!(most > 0.0) || (sensor.has_codes && most < kMinWhite))
     return "is too dark for its chart: the patch " + table[white].name + " has " + percent_text(std::max(0.0, most)) +
-           " of the largest code's light, under " + percent_text(kLeastWhite) + "; expose more";
+           " of the largest code's light, under " + percent_text(kMinWhite) + "; expose more";
   if (!uneven.empty())
     return "shows its chart partly hidden, dirty or in a shadow's edge: " + named(uneven) + " are of two colors";
   return "";

@@ -12,7 +12,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kLeastCosine = 0.05;
+constexpr double kMinCosine = 0.05;
 constexpr int kGridSide = 48;  ///< Geometry is smooth: so many pixels along a side tell it.
 
 Vec3 vector_at(const ImageF& image, int x, int y) {
@@ -61,7 +61,7 @@ GlossPixel gloss_pixel(const GlossRig& rig, int frame, int x, int y) {
   pixel.to_light = direction_to(light, p);
   pixel.to_camera = (rig.camera(frame) - p).normalized();
   const double cosine = pixel.normal.dot(pixel.to_light);
-  pixel.is_lit = cosine > kLeastCosine && pixel.normal.dot(pixel.to_camera) > kLeastCosine;
+  pixel.is_lit = cosine > kMinCosine && pixel.normal.dot(pixel.to_camera) > kMinCosine;
   pixel.matt = rig.exposure * cosine / std::numbers::pi * light_at(light, p);
   return pixel;
 }

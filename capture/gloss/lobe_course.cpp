@@ -15,9 +15,9 @@ constexpr double kChange = 1.0;  ///< Of a logarithm over all of the time.
 // What a lobe is where nothing tells: satin of a mineral, once for the whole course.
 constexpr double kUsualRoughness = 0.5, kUsualStrength = 0.04, kUsualSpread = 1.0;
 constexpr int kBlock = 4;  ///< Tiles along a block whose rests are looked at together.
-constexpr double kLeastStrength = 1e-4, kMostStrength = 3.0;
+constexpr double kMinStrength = 1e-4, kMaxStrength = 3.0;
 constexpr double kSignificant = 30.0;  ///< Of chi-square, 5.5 standard deviations: as among relit materials.
-constexpr int kLeastTiles = 8;         ///< Of a photograph that counts.
+constexpr int kMinTiles = 8;           ///< Of a photograph that counts.
 constexpr int kCourseRounds = 5, kMostSteps = 30;
 constexpr double kNearFrames = 3.0;  ///< Photographs within which a tile keeps its albedo, under a lamp that moves.
 const double kNodeStep = std::log(kLastRoughness / kFirstRoughness) / (kNumLobeNodes - 1);
@@ -61,7 +61,7 @@ class CourseFit {
   }
 
  private:
-  [[nodiscard]] bool counts(std::size_t t) const { return frames_[t].value.rows() >= kLeastTiles; }
+  [[nodiscard]] bool counts(std::size_t t) const { return frames_[t].value.rows() >= kMinTiles; }
   [[nodiscard]] bool has_any() const {
     for (std::size_t t = 0; t < frames_.size(); ++t)
       if (counts(t)) return true;
@@ -113,8 +113,8 @@ class CourseFit {
     const Eigen::VectorXd shape = centered(t, lobe);
     const double square = (weight_[t].array() * shape.array().square()).sum(),
                  product = (weight_[t].array() * shape.array() * centered(t, values(t)).array()).sum();
-    if (!(square > 0.0) || !(product > 0.0)) return {kLeastStrength, 0.0};
-    return {std::clamp(product / square, kLeastStrength, kMostStrength), product * product / square};
+    if (!(square > 0.0) || !(product > 0.0)) return {kMinStrength, 0.0};
+    return {std::clamp(product / square, kMinStrength, kMaxStrength), product * product / square};
   }
 
   /// Begins with the course over the nodes that saves most, less what the prior asks for its steps [Viterbi 1967].
@@ -141,7 +141,7 @@ class CourseFit {
       }
     }
     int k = static_cast<int>(std::max_element(sum.back().begin(), sum.back().end()) - sum.back().begin());
-    double last_strength = std::log(kLeastStrength);
+    double last_strength = std::log(kMinStrength);
     for (std::size_t t = num; t-- > 0;) {
       state_[t].roughness = std::log(lobe_node_roughness(k));
       if (counts(t)) last_strength = std::log(best_strength(t, state_[t].roughness)[0]);
@@ -208,8 +208,8 @@ class CourseFit {
         const auto i = static_cast<Eigen::Index>(2 * t);
         next[t].roughness = std::clamp(next[t].roughness + std::clamp(change[i], -0.5, 0.5), std::log(kFirstRoughness),
                                        std::log(kLastRoughness));
-        next[t].strength = std::clamp(next[t].strength + std::clamp(change[i + 1], -1.0, 1.0), std::log(kLeastStrength),
-                                      std::log(kMostStrength));
+        next[t].strength = std::clamp(next[t].strength + std::clamp(change[i + 1], -1.0, 1.0), std::log(kMinStrength),
+                                      std::log(kMaxStrength));
       }
       const double next_cost = system(next, next_matrix, next_right);
       if (!(next_cost < cost)) {

@@ -14,15 +14,15 @@ namespace patinate::capture {
 namespace {
 
 constexpr int kTilesAlong = 32;  ///< The longer side.
-constexpr int kLeastTilePx = 4;
-constexpr double kLeastOfTile = 0.3;  ///< Share of a tile's pixels that must be of the material.
-constexpr double kMostUnknown = 0.1;  ///< Of a tile's pixels that may be saturated.
-constexpr int kLobesOfTile = 9;       ///< So many of its pixels tell a tile's lobe.
-constexpr double kMember = 0.6;       ///< Share from which a pixel tells of a material.
+constexpr int kMinTilePx = 4;
+constexpr double kMinOfTile = 0.3;   ///< Share of a tile's pixels that must be of the material.
+constexpr double kMaxUnknown = 0.1;  ///< Of a tile's pixels that may be saturated.
+constexpr int kLobesOfTile = 9;      ///< So many of its pixels tell a tile's lobe.
+constexpr double kMember = 0.6;      ///< Share from which a pixel tells of a material.
 constexpr std::size_t kMaxMaterials = 4;
-constexpr double kLeastShare = 0.02;
-constexpr double kTinted = 0.15;         ///< By which a channel of the lobe must differ from white.
-constexpr double kMostOfMinerals = 0.2;  ///< Reflectance that no mineral has: diamond has 0.17.
+constexpr double kMinShare = 0.02;
+constexpr double kTinted = 0.15;        ///< By which a channel of the lobe must differ from white.
+constexpr double kMaxOfMinerals = 0.2;  ///< Reflectance that no mineral has: diamond has 0.17.
 constexpr std::size_t kColorFrames = 6;
 constexpr std::int64_t kRows = 4;
 
@@ -41,10 +41,10 @@ Vec3 strength_of(const GlossMaterial& m, std::size_t frame) {
 /// material's albedo by a sixth: what is left too much or too little is shared out between the two, so that bright
 /// highlights do not drown the color below them.
 Vec3 left_by(const GlossMaterial& m, const Vec3& seen, const Vec3& highlight) {
-  constexpr double kUneven = 0.15, kLeastUneven = 0.02;
+  constexpr double kUneven = 0.15, kMinUneven = 0.02;
   const Vec3 left = seen - highlight;
   if (!m.albedo) return left;
-  const double form = kFormOff * highlight.mean(), uneven = kUneven * m.albedo->mean() + kLeastUneven,
+  const double form = kFormOff * highlight.mean(), uneven = kUneven * m.albedo->mean() + kMinUneven,
                gain = (left.mean() - m.albedo->mean()) * form * kFormOff / (form * form + uneven * uneven);
   return left - gain * highlight;
 }
@@ -102,7 +102,7 @@ class GlossFinder {
   GlossFinder(const GlossRig& rig, const std::vector<double>& times, const std::function<GlossPhoto(int)>& read_photo)
       : rig_(rig), times_(times), read_photo_(read_photo) {
     const int longer = std::max(rig.normal.width(), rig.normal.height());
-    tile_px_ = std::max(kLeastTilePx, (longer + kTilesAlong - 1) / kTilesAlong);
+    tile_px_ = std::max(kMinTilePx, (longer + kTilesAlong - 1) / kTilesAlong);
     columns_ = (rig.normal.width() + tile_px_ - 1) / tile_px_;
     rows_ = (rig.normal.height() + tile_px_ - 1) / tile_px_;
   }
@@ -156,7 +156,7 @@ class GlossFinder {
     const std::vector<GlossMaterial> before = std::move(materials_);
     materials_.clear();
     for (std::size_t k = 0; k < shares.size(); ++k) {
-      if (shares[k] < kLeastShare) continue;
+      if (shares[k] < kMinShare) continue;
       // The lobe of the nearest of the materials so far, until its own is fitted.
       const auto nearest = std::min_element(before.begin(), before.end(), [&](const auto& a, const auto& b) {
         return (a.color - clusters.centers[k]).squaredNorm() < (b.color - clusters.centers[k]).squaredNorm();
@@ -193,7 +193,7 @@ class GlossFinder {
       double strength = 0.0;
       for (const LobeAt& at : m.course.at) strength += at.strength / static_cast<double>(m.course.at.size());
       m.is_metallic =
-          is_tinted || (m.course.is_told && rig_.lights.front().is_intensity_known && strength > kMostOfMinerals);
+          is_tinted || (m.course.is_told && rig_.lights.front().is_intensity_known && strength > kMaxOfMinerals);
     });
     control.report(1.0);
   }
@@ -249,10 +249,10 @@ class GlossFinder {
     std::vector<std::vector<double>> rows(num);
     for (int tile = 0; tile < columns_ * rows_; ++tile) {
       const TileSum sum = sum_tile(photo, frame, tile);
-      if (sum.unknown > kMostUnknown * sum.inside) continue;
+      if (sum.unknown > kMaxUnknown * sum.inside) continue;
       for (std::size_t k = 0; k < num; ++k) {
         counts[k] += sum.members[k];
-        if (!(sum.members[k] > kLeastOfTile * tile_px_ * tile_px_) || !(sum.told[k] > 0.0)) continue;
+        if (!(sum.members[k] > kMinOfTile * tile_px_ * tile_px_) || !(sum.told[k] > 0.0)) continue;
         out[k].tile.push_back(tile);
         for (int c = 0; c < 3; ++c) rows[k].push_back(sum.value[k][c] / sum.members[k]);
         for (int node = 0; node < kNumLobeNodes; ++node)
@@ -297,9 +297,9 @@ StandingGloss find_standing_gloss(const GlossRig& rig, const std::vector<double>
   } else if (nearest > kNearMirrorDeg) {
     gloss.refusal = "no pixel is nearer than " + degrees(nearest) + " to the mirror's direction of lamp and camera (" +
                     degrees(kNearMirrorDeg) + " or less tell the top of a highlight)";
-  } else if (farthest - nearest < kLeastSpreadDeg) {
+  } else if (farthest - nearest < kMinSpreadDeg) {
     gloss.refusal = "all pixels lie within " + degrees(farthest - nearest) +
-                    " of one another as to the mirror's direction (" + degrees(kLeastSpreadDeg) +
+                    " of one another as to the mirror's direction (" + degrees(kMinSpreadDeg) +
                     " or more tell a highlight from the color below it)";
   }
   if (!gloss.refusal.empty()) return gloss;

@@ -41,14 +41,14 @@ struct GlossPhoto {
 /// Materials are classes of color (found where the highlight is weak), and each has a lobe over time
 /// (fit_lobe_course()). Photographs are read three times: for all as one material, and twice for materials with the
 /// highlight of the round before taken off.
-/// A rig of which no pixel lies within kNearMirror of the mirror's direction, or whose pixels lie within kLeastSpread
+/// A rig of which no pixel lies within kNearMirror of the mirror's direction, or whose pixels lie within kMinSpread
 /// of one another, is refused: the lobe's top or its slope is not seen then.
 /// @param times  Rising. Memory: the tiles of all photographs, some 40 numbers each, of 1,000 tiles at most.
 [[nodiscard]] StandingGloss find_standing_gloss(const GlossRig& rig, const std::vector<double>& times,
                                                 const std::function<GlossPhoto(int)>& read_photo,
                                                 const RunControl& control);
 inline constexpr double kNearMirrorDeg = 8.0;  ///< Satin of roughness 0.4 falls to a quarter of its top by 9 degrees.
-inline constexpr double kLeastSpreadDeg = 6.0;
+inline constexpr double kMinSpreadDeg = 6.0;
 
 /// A photograph with its highlight taken off.
 struct GlossFrame {

@@ -20,11 +20,11 @@ namespace {
 
 constexpr int kPatch = 20;  ///< Half side.
 constexpr int kSearch = 6;
-constexpr int kLeastStep = 12;
+constexpr int kMinStep = 12;
 constexpr int kMostSteps = 24;  ///< Over the longer side.
-constexpr double kLeastCorrelation = 0.5;
-constexpr double kLeastBend = 0.01;     ///< Of the correlation's peak, per square pixel.
-constexpr double kLeastContrast = 4.0;  ///< Standard deviation in codes: an eighth of what is usual in the photograph.
+constexpr double kMinCorrelation = 0.5;
+constexpr double kMinBend = 0.01;     ///< Of the correlation's peak, per square pixel.
+constexpr double kMinContrast = 4.0;  ///< Standard deviation in codes: an eighth of what is usual in the photograph.
 constexpr double kPatchInlier_px = 1.5;
 
 cv::Mat as_mat(const ImageU8& image) {
@@ -70,12 +70,12 @@ std::optional<Eigen::Vector2d> find_patch(const cv::Mat& fixed, const cv::Mat& m
   const cv::Mat patch = fixed(cv::Rect(at.x - kPatch, at.y - kPatch, 2 * kPatch + 1, 2 * kPatch + 1));
   cv::Scalar mean, deviation;
   cv::meanStdDev(patch, mean, deviation);
-  if (!(deviation[0] > kLeastContrast)) return std::nullopt;
+  if (!(deviation[0] > kMinContrast)) return std::nullopt;
   const int half = kPatch + kSearch;
   cv::Mat scores;
   cv::matchTemplate(moving(cv::Rect(at.x - half, at.y - half, 2 * half + 1, 2 * half + 1)), patch, scores,
                     cv::TM_CCOEFF_NORMED);
-  const std::optional<ScorePeak> peak = find_score_peak(scores, kLeastCorrelation, kLeastBend);
+  const std::optional<ScorePeak> peak = find_score_peak(scores, kMinCorrelation, kMinBend);
   if (!peak) return std::nullopt;
   return Eigen::Vector2d(peak->pixel.x() - kSearch, peak->pixel.y() - kSearch) + peak->fraction;
 }
@@ -90,9 +90,9 @@ std::vector<PointMatch> match_patches(const PhotoFeatures& fixed, const PhotoFea
   cv::Mat counts;
   cv::integral(usable / 255, counts, CV_32S);
   const Eigen::Matrix3d moving_fixed = fixed_moving.inverse();
-  const int half = kPatch + kSearch, step = std::max(kLeastStep, std::max(codes.cols, codes.rows) / kMostSteps);
-  constexpr double kMostOutside = 0.15;  // Of a patch: its object may end there.
-  const double least = (1.0 - kMostOutside) * (2 * half + 1) * (2 * half + 1);
+  const int half = kPatch + kSearch, step = std::max(kMinStep, std::max(codes.cols, codes.rows) / kMostSteps);
+  constexpr double kMaxOutside = 0.15;  // Of a patch: its object may end there.
+  const double least = (1.0 - kMaxOutside) * (2 * half + 1) * (2 * half + 1);
   std::vector<PointMatch> matches;
   for (int y = half; y < codes.rows - half; y += step) {
     for (int x = half; x < codes.cols - half; x += step) {
@@ -195,10 +195,10 @@ class SeriesMatcher {
     const PhotoSize& to = series_.sizes[b];
     if (!series_.are_marks_exact)
       return align_marks(a, b, shared, series_.model, mark_error_px(std::max(to.width, to.height)));
-    constexpr double kExact_px = 0.25, kMostCarried = 0.01;  // Of the longer side.
+    constexpr double kExact_px = 0.25, kMaxCarried = 0.01;  // Of the longer side.
     PhotoPair pair = align_marks(a, b, shared, series_.model, kExact_px);
     if (pair.is_accepted) {
-      pair.is_accepted = carried_error_px(pair, from.width, from.height) < kMostCarried * std::max(to.width, to.height);
+      pair.is_accepted = carried_error_px(pair, from.width, from.height) < kMaxCarried * std::max(to.width, to.height);
     }
     return pair;
   }
@@ -279,7 +279,7 @@ class SeriesMatcher {
 
   /// @returns Whether a pair was found that may tie a photograph.
   bool tie_the_rest() {
-    constexpr std::size_t kMostTried = 24;
+    constexpr std::size_t kMaxTried = 24;
     const std::vector<bool> is_tied = tied();
     const std::size_t before = pairs_.size();
     bool is_any = false;
@@ -290,7 +290,7 @@ class SeriesMatcher {
         if (is_tied[j]) others.push_back(j);
       }
       std::stable_sort(others.begin(), others.end(), [i](int a, int b) { return std::abs(a - i) < std::abs(b - i); });
-      if (others.size() > kMostTried) others.resize(kMostTried);
+      if (others.size() > kMaxTried) others.resize(kMaxTried);
       std::set<IndexPair> wanted;
       for (int j : others) wanted.emplace(std::min(i, j), std::max(i, j));
       match(wanted);

@@ -15,7 +15,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kMostSamples = 4;  ///< A side; longer footprints are averaged over whole pixels first.
+constexpr int kMaxSamples = 4;  ///< A side; longer footprints are averaged over whole pixels first.
 
 /// Catmull-Rom weights of the pixels at -1, 0, 1, 2.
 std::array<double, 4> cubic_weights(double t) {
@@ -42,7 +42,7 @@ void add_sample(const ImageF& image, const Eigen::Vector2d& at, std::span<double
   }
 }
 
-/// The photograph reduced so that a footprint is at most kMostSamples pixels long, and the map to it.
+/// The photograph reduced so that a footprint is at most kMaxSamples pixels long, and the map to it.
 struct Source {
   ImageF reduced;  ///< Empty: the photograph itself.
   Eigen::Matrix3d source_from_reference;
@@ -52,7 +52,7 @@ struct Source {
 Source make_source(const ImageF& photo, const Eigen::Matrix3d& photo_from_reference, double footprint,
                    const RunControl& control) {
   Source source{{}, photo_from_reference, 1};
-  const int factor = static_cast<int>(std::floor(footprint / kMostSamples)) + 1;
+  const int factor = static_cast<int>(std::floor(footprint / kMaxSamples)) + 1;
   if (factor > 1) {
     const int width = std::max(1, photo.width() / factor), height = std::max(1, photo.height() / factor);
     source.reduced = downscale_area(photo, width, height, control);

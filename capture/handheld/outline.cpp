@@ -22,14 +22,14 @@ constexpr int kCoarseRounds = 6, kFineRounds = 40;
 constexpr std::size_t kNumRefined = 8;   ///< Of the distinct turns, those that fit best first.
 constexpr double kKept = 0.8;            ///< Share of the points that count.
 constexpr double kNear = 0.015;          ///< Of the object's size.
-constexpr double kLeastNear = 0.7;       ///< Share of the points.
+constexpr double kMinNear = 0.7;         ///< Share of the points.
 constexpr double kOtherTurn_deg = 15.0;  ///< Beyond which it is another one.
 constexpr double kClearly = 2.0;         ///< Times worse the next turn must be.
-constexpr double kMostCut = 0.4;         ///< Share of an outline that may lie on the photograph's border.
+constexpr double kMaxCut = 0.4;          ///< Share of an outline that may lie on the photograph's border.
 constexpr double kHoleNear =
     0.04;  ///< Of the object's size. These three: chosen on a rusting plate in four photographs.
-constexpr double kHoleSize = 1.5;     ///< Times as large, at most: a label next to where a hole should be is no hole.
-constexpr double kLeastHole = 0.001;  ///< Of the object's area: less is grain.
+constexpr double kHoleSize = 1.5;   ///< Times as large, at most: a label next to where a hole should be is no hole.
+constexpr double kMinHole = 0.001;  ///< Of the object's area: less is grain.
 constexpr double kRound =
     0.6;  ///< Area over that of a circle of the same perimeter; a square has 0.785, and pixels cost some.
 
@@ -207,7 +207,7 @@ std::vector<PhotoOutline::Hole> round_holes(const cv::Mat1b& mask, double area, 
   std::vector<PhotoOutline::Hole> holes;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const double inside = cv::contourArea(lines[i]), around = cv::arcLength(lines[i], true);
-    if (tree[i][3] < 0 || inside < kLeastHole * area) continue;
+    if (tree[i][3] < 0 || inside < kMinHole * area) continue;
     if (4.0 * std::numbers::pi * inside < kRound * around * around) continue;
     const cv::Moments m = cv::moments(lines[i]);
     holes.push_back(
@@ -230,8 +230,8 @@ PhotoOutline find_outline(const ImageU8& object, int width, int height) {
       lines.begin(), lines.end(), [](const auto& x, const auto& y) { return cv::contourArea(x) < cv::contourArea(y); });
   if (largest == lines.end()) return outline;
   const double area = cv::contourArea(*largest);
-  constexpr double kLeastArea = 0.005;  // Of the photograph.
-  if (area < kLeastArea * object.width() * object.height()) return outline;
+  constexpr double kMinArea = 0.005;  // Of the photograph.
+  if (area < kMinArea * object.width() * object.height()) return outline;
   const std::vector<Vector2d> points = spaced(*largest);
   const double sx = static_cast<double>(width) / object.width(), sy = static_cast<double>(height) / object.height();
   outline.size_px = std::sqrt(area * sx * sy);
@@ -252,7 +252,7 @@ PhotoOutline find_outline(const ImageU8& object, int width, int height) {
     outline.points.emplace_back((p.x() + 0.5) * sx - 0.5, (p.y() + 0.5) * sy - 0.5);
     outline.normals.push_back(Vector2d(along.y(), -along.x()).normalized());
   }
-  if (static_cast<double>(num_cut) > kMostCut * static_cast<double>(n)) {
+  if (static_cast<double>(num_cut) > kMaxCut * static_cast<double>(n)) {
     outline.points.clear();
     outline.normals.clear();
   }
@@ -274,7 +274,7 @@ PhotoPair align_outlines(int a, const PhotoOutline& of_a, int b, const PhotoOutl
   pair.b_from_a = best.b_from_a;
   pair.num_matches = static_cast<int>(of_a.points.size());
   double square = 0.0;
-  const std::size_t stride = std::max<std::size_t>(1, matches.size() / kMostKept);
+  const std::size_t stride = std::max<std::size_t>(1, matches.size() / kMaxKept);
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const Vector2d& n = of_b.normals[matches[i].in_b];
     const Vector2d moved = moved_by(best.b_from_a, matches[i].in_a);
@@ -288,7 +288,7 @@ PhotoPair align_outlines(int a, const PhotoOutline& of_a, int b, const PhotoOutl
   pair.num_agreeing = static_cast<int>(near * static_cast<double>(of_a.points.size()));
   // A view from one side makes a plate's outline fit one turn better than the other, right or wrong.
   const bool has_holes = !of_a.holes.empty() || !of_b.holes.empty();
-  pair.is_accepted = is_clear && near >= kLeastNear && (!has_holes || best.num_holes > 0);
+  pair.is_accepted = is_clear && near >= kMinNear && (!has_holes || best.num_holes > 0);
   return pair;
 }
 

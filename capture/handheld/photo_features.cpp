@@ -12,7 +12,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kMostFeatures = 3000;
+constexpr int kMaxFeatures = 3000;
 constexpr float kRatio = 0.85f;              ///< Lowe's test: nearest over second nearest descriptor.
 constexpr double kCodeOfDescriptor = 512.0;  ///< Square roots of shares lie in [0, 1], few above 0.5.
 
@@ -42,8 +42,8 @@ cv::Mat evened(const cv::Mat& light) {
   const cv::Mat detail = log_light - mean;
   cv::GaussianBlur(detail.mul(detail), strength, {}, window);
   cv::sqrt(strength, strength);
-  constexpr double kLeastStrength = 0.01;  // A plain background's noise is no detail.
-  cv::divide(detail, strength + kLeastStrength, codes, 32.0);
+  constexpr double kMinStrength = 0.01;  // A plain background's noise is no detail.
+  cv::divide(detail, strength + kMinStrength, codes, 32.0);
   codes.convertTo(codes, CV_8U, 1.0, 128.0);
   return codes;
 }
@@ -86,7 +86,7 @@ PhotoFeatures find_features(const ImageF& color, const ImageU8& shown) {
   if (!mask.empty()) result.shown = as_image(mask);
   std::vector<cv::KeyPoint> points;
   cv::Mat descriptors;
-  cv::SIFT::create(kMostFeatures, 3, 0.02)->detectAndCompute(codes, mask, points, descriptors);
+  cv::SIFT::create(kMaxFeatures, 3, 0.02)->detectAndCompute(codes, mask, points, descriptors);
   const double sx = static_cast<double>(codes.cols) / color.width(),
                sy = static_cast<double>(codes.rows) / color.height();
   for (const cv::KeyPoint& p : points) {

@@ -10,7 +10,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kMostRounds = 40;       ///< Of least squares; five do as a rule.
+constexpr int kMaxRounds = 40;        ///< Of least squares; five do as a rule.
 constexpr double kCauchy = 2.0;       ///< Disagreements beyond so many errors count less.
 constexpr double kDropErrors = 4.0;   ///< A pair that disagrees by more of its errors ...
 constexpr double kDropMedians = 3.0;  ///< ... and of the median pair is wrong.
@@ -62,12 +62,12 @@ class PhotoGraph {
   }
 
   void solve() {
-    constexpr int kMostDrops = 8;
-    for (int turn = 0; turn < kMostDrops; ++turn) {
+    constexpr int kMaxDrops = 8;
+    for (int turn = 0; turn < kMaxDrops; ++turn) {
       plant_tree();
       // A tree over a wrong pair starts far off: at first all count, then those that the others contradict ever less.
       scale_ = std::max(kCauchy, worst_disagreement());
-      for (int round = 0; round < kMostRounds; ++round) {
+      for (int round = 0; round < kMaxRounds; ++round) {
         const double change = improve();
         if (change < 1e-9 && scale_ == kCauchy) break;
         scale_ = std::max(kCauchy, 0.5 * scale_);

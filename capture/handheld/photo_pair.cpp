@@ -19,9 +19,9 @@ constexpr double kSearchInlier_px = 4.0;  ///< In pixels of the search; two redu
 constexpr double kLogChance = -6.0;       ///< Decimal, of views expected by chance.
 constexpr std::size_t kLeastPlaces = 10;  ///< That agree.
 constexpr double kPlace_px = 3.0;         ///< One detail is often found several times.
-constexpr double kLeastSpread = 0.05;     ///< Of the smaller photograph's shorter side, standard deviation.
-constexpr double kMostScale = 16.0;       ///< Of one photograph against the other.
-constexpr double kMostPerspective = 4.0;  ///< Of scales at two corners of one photograph.
+constexpr double kMinSpread = 0.05;       ///< Of the smaller photograph's shorter side, standard deviation.
+constexpr double kMaxScale = 16.0;        ///< Of one photograph against the other.
+constexpr double kMaxPerspective = 4.0;   ///< Of scales at two corners of one photograph.
 
 Eigen::Matrix3d invalid() { return Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN()); }
 
@@ -122,7 +122,7 @@ bool is_plausible(const Eigen::Matrix3d& h, const PhotoFeatures& a) {
     least = std::min(least, scale);
     most = std::max(most, scale);
   }
-  return least > 1.0 / kMostScale && most < kMostScale && most < kMostPerspective * least;
+  return least > 1.0 / kMaxScale && most < kMaxScale && most < kMaxPerspective * least;
 }
 
 std::vector<PointMatch> chosen(const std::vector<PointMatch>& matches, const std::vector<unsigned char>& is_chosen) {
@@ -153,7 +153,7 @@ std::vector<PointMatch> consensus(const std::vector<PointMatch>& matches, bool i
 
 /// Matches spread over the picture: of every cell of a grid the first ones, in turn.
 std::vector<PointMatch> thinned(const std::vector<PointMatch>& matches, const PhotoFeatures& b) {
-  if (matches.size() <= kMostKept) return matches;
+  if (matches.size() <= kMaxKept) return matches;
   constexpr int kCells = 9;
   std::vector<std::vector<PointMatch>> cells(kCells * kCells);
   for (const PointMatch& m : matches) {
@@ -162,9 +162,9 @@ std::vector<PointMatch> thinned(const std::vector<PointMatch>& matches, const Ph
     cells[y * kCells + x].push_back(m);
   }
   std::vector<PointMatch> result;
-  for (std::size_t turn = 0; result.size() < kMostKept; ++turn) {
+  for (std::size_t turn = 0; result.size() < kMaxKept; ++turn) {
     for (const auto& cell : cells) {
-      if (turn < cell.size() && result.size() < kMostKept) result.push_back(cell[turn]);
+      if (turn < cell.size() && result.size() < kMaxKept) result.push_back(cell[turn]);
     }
   }
   return result;
@@ -174,11 +174,11 @@ std::vector<PointMatch> thinned(const std::vector<PointMatch>& matches, const Ph
 /// matter.
 bool is_refuted(const Eigen::Matrix3d& similarity, const Eigen::Matrix3d& homography,
                 const std::vector<PointMatch>& matches, double least_px) {
-  constexpr double kLeastF = 8.0;  // Of F(4, many), which chance exceeds once in a million.
+  constexpr double kMinF = 8.0;  // Of F(4, many), which chance exceeds once in a million.
   const double rest = 2.0 * static_cast<double>(matches.size()) - 8.0;
   if (rest < 8.0) return false;
   const double simple = squared_error(similarity, matches), full = squared_error(homography, matches);
-  if (!(simple - full > kLeastF * 4.0 * full / rest)) return false;
+  if (!(simple - full > kMinF * 4.0 * full / rest)) return false;
   double most = 0.0;
   for (const PointMatch& m : matches)
     most = std::max(most, (moved_by(similarity, m.in_a) - moved_by(homography, m.in_a)).norm());
@@ -267,8 +267,8 @@ void judge_matches(const std::vector<PointMatch>& matches, const PhotoFeatures& 
   const double share = std::numbers::pi * noise.inlier_px * noise.inlier_px / noise.area_px2;
   const std::size_t num_others = matches.size() - agreeing.size();
   const bool is_no_chance = log_chance(num_others + places.size(), places.size(), sample, share) < kLogChance;
-  const bool is_spread = smaller_spread(places, &PointMatch::in_a) > kLeastSpread * std::min(of_a.width, of_a.height) ||
-                         smaller_spread(places, &PointMatch::in_b) > kLeastSpread * std::min(of_b.width, of_b.height);
+  const bool is_spread = smaller_spread(places, &PointMatch::in_a) > kMinSpread * std::min(of_a.width, of_a.height) ||
+                         smaller_spread(places, &PointMatch::in_b) > kMinSpread * std::min(of_b.width, of_b.height);
   pair.is_accepted = is_no_chance && is_spread;
   const double rest = std::max(1.0, 2.0 * static_cast<double>(agreeing.size()) - 2.0 * static_cast<double>(sample));
   pair.error_px = std::max(0.05 / of_b.scale, std::sqrt(squared_error(pair.b_from_a, agreeing) / rest));

@@ -30,9 +30,9 @@ struct PhotoPair {
   int num_matches = 0;                                     ///< Details that both show.
   int num_agreeing = 0;
   double error_px = 1.0;                 ///< Standard deviation of one match in b, in b's pixels; > 0.
-  std::vector<PointMatch> matches = {};  ///< That agree, thinned to kMostKept spread over the picture.
+  std::vector<PointMatch> matches = {};  ///< That agree, thinned to kMaxKept spread over the picture.
 };
-inline constexpr std::size_t kMostKept = 80;
+inline constexpr std::size_t kMaxKept = 80;
 
 /// How far right matches lie from where they belong, and where wrong ones may lie.
 struct MatchNoise {

@@ -140,7 +140,7 @@ void read_geometry(JsonReader& json, CaptureProject& project) {
   if (json.has("scale")) project.scale = json.member("scale").number({0, 1, true});
   if (json.has("texel_size_mm")) {
     const JsonReader size = json.member("texel_size_mm");
-    if (!size.is_null()) project.texel_size_mm = size.number(between(kLeastTexel_mm, kLargestTexel_mm));
+    if (!size.is_null()) project.texel_size_mm = size.number(between(kMinTexel_mm, kLargestTexel_mm));
   }
 }
 

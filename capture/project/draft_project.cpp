@@ -158,11 +158,11 @@ Json frame_list(const std::vector<FoundImage>& group, const std::vector<double>&
 
 /// A project that left some of the photographs out in silence would look whole.
 [[noreturn]] void refuse_several(const fs::path& folder, const std::vector<std::vector<FoundImage>>& sets) {
-  constexpr std::size_t kMostNamed = 8;
+  constexpr std::size_t kMaxNamed = 8;
   std::string list;
-  for (std::size_t i = 0; i < std::min(sets.size(), kMostNamed); ++i)
+  for (std::size_t i = 0; i < std::min(sets.size(), kMaxNamed); ++i)
     list += (i == 0 ? "" : ", ") + set_text(sets[i], folder);
-  if (sets.size() > kMostNamed) list += " and " + std::to_string(sets.size() - kMostNamed) + " more";
+  if (sets.size() > kMaxNamed) list += " and " + std::to_string(sets.size() - kMaxNamed) + " more";
   throw IoError(folder.string(),
                 "holds several sets that may be the frames: " + list + "; say with --only which names make them");
 }

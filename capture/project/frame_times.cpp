@@ -135,7 +135,7 @@ struct Agreement {
 };
 
 constexpr std::int64_t kWritingDelay_us = 2 * kSecond_us;
-constexpr std::int64_t kMostZones_us = 26 * kHour_us;
+constexpr std::int64_t kMaxZones_us = 26 * kHour_us;
 
 /// @param lows,highs  Bounds of the shift by each photograph, in microseconds. @param most  Bound of the shift.
 Agreement agreement_of(const std::vector<std::size_t>& photos, const std::vector<std::int64_t>& lows,
@@ -172,7 +172,7 @@ Agreement compare_sources(const TimeSource& a, const TimeSource& b, bool is_utc)
     lows.push_back(first - second - b.stamps[i]->resolution_us - kWritingDelay_us);
     highs.push_back(first - second + a.stamps[i]->resolution_us + kWritingDelay_us);
   }
-  return agreement_of(both, lows, highs, kMostZones_us);
+  return agreement_of(both, lows, highs, kMaxZones_us);
 }
 
 /// "3 h", "72 h", "1.8 s".

@@ -99,9 +99,9 @@ ImageF ProgressDeviation::result() const {
   return out;
 }
 
-constexpr float kLeastChange = 0.02f;      ///< Five 8-bit codes: below, it may be the camera.
-constexpr float kLeastChangeShare = 0.1f;  ///< Of the 99th percentile.
-constexpr double kAgedRank = 0.9;          ///< Among the changing pixels, by the largest change.
+constexpr float kMinChange = 0.02f;      ///< Five 8-bit codes: below, it may be the camera.
+constexpr float kMinChangeShare = 0.1f;  ///< Of the 99th percentile.
+constexpr double kAgedRank = 0.9;        ///< Among the changing pixels, by the largest change.
 
 /// Brings frames to the size and smoothness at which they are compared.
 class Smoother {
@@ -275,7 +275,7 @@ ProgressMap progress_from_history(const std::vector<double>& times, const std::f
                                    most.values().begin(), [](float a, float b) { return std::max(a, b); });
                   });
   const float threshold =
-      std::max(kLeastChange, kLeastChangeShare * percentiles(most, smoother.low_mask(), 0.99, 0.99).low);
+      std::max(kMinChange, kMinChangeShare * percentiles(most, smoother.low_mask(), 0.99, 0.99).low);
   ImageU8 changing(most.width(), most.height());
   double num_inside = 0, num_changing = 0;
   for (int y = 0; y < most.height(); ++y) {

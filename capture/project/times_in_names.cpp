@@ -162,8 +162,8 @@ std::optional<int> read_offset(TextReader& reader) {
   const auto hours = r.number(2);
   (void)r.one_of(":");
   const auto minutes = r.number(2);
-  constexpr int kMostHours = 14;
-  if (!sign || !hours || !minutes || *hours > kMostHours || *minutes % 15 != 0 || is_digit(r.next()))
+  constexpr int kMaxHours = 14;
+  if (!sign || !hours || !minutes || *hours > kMaxHours || *minutes % 15 != 0 || is_digit(r.next()))
     return std::nullopt;
   reader = r;
   return (*sign == '-' ? -1 : 1) * (60 * *hours + *minutes);

@@ -19,7 +19,7 @@ constexpr double kStaysWithin = 3.0;    ///< Deviations of the points' scatter,
 constexpr double kSpreadRank = 0.95, kSpreadOfNormal = 1.96;  ///< Of |distance|, in deviations of a normal one.
 constexpr int kPartRounds = 2;         ///< Few: a part that lies at one end would run off sideways.
 constexpr double kSmallestPart = 0.1;  ///< Of the surface: less than a tenth carries no pose.
-constexpr std::size_t kFewestPartners = 30;
+constexpr std::size_t kMinPartners = 30;
 constexpr std::int64_t kPartnersAChunk = 512;
 
 /// A surfel of the source and its partner.
@@ -111,7 +111,7 @@ ChangedSurface look_for_change(const PreparedScan& target, const PreparedScan& s
                                const RunControl& control) {
   ChangedSurface found;
   const std::vector<Partners> partners = partners_in(target.fine(), source.fine(), pose, control);
-  if (partners.size() < kFewestPartners) return found;
+  if (partners.size() < kMinPartners) return found;
   const auto num_staying = std::count_if(partners.begin(), partners.end(), [](const Partners& p) {
     return p.raised * p.raised <= kStaysWithin * kStaysWithin * p.variance;
   });

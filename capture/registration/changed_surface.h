@@ -17,7 +17,7 @@ struct ChangedSurface {
 
   /// Where less than this share stays, the larger part of the surface has changed, and what of it has stayed is told by
   /// nothing: a pose that fits most of it takes the change for motion.
-  static constexpr double kLeastStaying = 0.4;
+  static constexpr double kMinStaying = 0.4;
 };
 
 /// Growth and loss lie to one side, so that what has stayed lies at the other end: least trimmed squares, one-sided.

@@ -15,7 +15,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr double kNearInCoarse = 1.5;  ///< Coarse surfels this near, in their distance, and facing alike may overlap.
-constexpr int kMostRounds = 12;
+constexpr int kMaxRounds = 12;
 constexpr double kSettled = 1e-7;       ///< Normalized: nothing moves any more.
 constexpr double kContradiction = 3.0;  ///< Fine distances by which an edge that is excluded is off.
 
@@ -243,7 +243,7 @@ class JointSolver {
       if (!leave_out_worst()) break;
     }
     if (options_.method != RegistrationMethod::Symmetric) return;
-    for (result_.num_rounds = 0; result_.num_rounds < kMostRounds;) {
+    for (result_.num_rounds = 0; result_.num_rounds < kMaxRounds;) {
       control_.throw_if_stopped();
       edges_ = measured(false);
       const std::vector<RigidTransform> before = poses_;
@@ -254,7 +254,7 @@ class JointSolver {
         moved = std::max({moved, (poses_[k].translation - before[k].translation).norm(),
                           (poses_[k].rotation - before[k].rotation).norm()});
       }
-      control_.report(0.8 + 0.2 * result_.num_rounds / (kMostRounds + 1));
+      control_.report(0.8 + 0.2 * result_.num_rounds / (kMaxRounds + 1));
       if (moved < kSettled) break;
     }
   }

@@ -12,10 +12,10 @@ namespace {
 
 constexpr double kRadius = 2.5;     ///< Of a fine surfel, in their distances.
 constexpr double kSightCell = 2.0;  ///< In fine distances.
-constexpr double kLeastSurface =
+constexpr double kMinSurface =
     0.5;  ///< Share of places with a surfel, below which the points are noisier than they are apart:
 constexpr double kCoarser = 1.6;     ///< all scans are then made so much coarser,
-constexpr int kMostCoarser = 6;      ///< so many times at most.
+constexpr int kMaxCoarser = 6;       ///< so many times at most.
 constexpr double kTakenShare = 0.7;  ///< Of points that lie one spacing apart.
 
 Vec3 mean_of(const std::vector<Vec3>& points) {
@@ -149,9 +149,9 @@ std::vector<PreparedScan> prepare_scans(std::span<const PointCloud> scans, const
     for (const PointCloud& cloud : scans) {
       prepared.emplace_back(cloud, scale, distance, control);
       least = std::min(least, prepared.back().surface_share());
-      if (least < kLeastSurface && tries < kMostCoarser) break;
+      if (least < kMinSurface && tries < kMaxCoarser) break;
     }
-    if (least >= kLeastSurface || tries == kMostCoarser) {
+    if (least >= kMinSurface || tries == kMaxCoarser) {
       for (std::size_t i = 0; i < prepared.size(); ++i) {
         if (prepared[i].fine().size() == 0)
           throw InvalidInput("registration: the points of scan " + std::to_string(i) + " are no surface");

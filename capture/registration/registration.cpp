@@ -50,12 +50,12 @@ constexpr double kLastGate = 1.5;        ///< In fine distances,
 constexpr double kLastGateScales = 6.0;  ///< or residual scales, where the scans fit worse than that.
 constexpr double kConvergedStep = 1e-3;  ///< In fine distances: what Converged promises.
 constexpr double kFixedStep = 1e-8;      ///< Normalized: nothing moves any more.
-constexpr double kMostResidual = 0.25;   ///< Residual scale in fine distances above which it is no fit,
-constexpr double kMostScatter = 6.0;     ///< unless the points' own scatter makes so much of it.
+constexpr double kMaxResidual = 0.25;    ///< Residual scale in fine distances above which it is no fit,
+constexpr double kMaxScatter = 6.0;      ///< unless the points' own scatter makes so much of it.
 constexpr int kLookedInFrontOfPose = 3000;
 constexpr double kSightScales = 5.0, kSightDistance = 0.5;
 constexpr double kSightDepth = 0.04;  ///< Normalized: growth and wear are less than that, a wrong pose is not.
-constexpr int kFewestTrustedPairs = 30;
+constexpr int kMinTrustedPairs = 30;
 constexpr double kCrossedShare = 0.3;  ///< Of a direction's information that must come from more than noise of normals.
 
 /// How far in front counts: more than the fit's own scatter, than what a slope makes between the cells of lines of
@@ -177,7 +177,7 @@ PairRegistration judge(const PreparedScan& target, const PreparedScan& source, c
   r.num_pairs = a.sums.num_pairs;
   r.num_iterations = a.num_iterations;
   r.center = target.middle();
-  if (a.sums.num_pairs < kFewestTrustedPairs) return r;
+  if (a.sums.num_pairs < kMinTrustedPairs) return r;
   r.median_residual = target.scale() * a.median_residual;
   r.rms_residual = target.scale() * std::sqrt(a.sums.weighted_squares / a.sums.weight);
   r.covariance = covariance_of(a.sums, target, source);
@@ -186,7 +186,7 @@ PairRegistration judge(const PreparedScan& target, const PreparedScan& source, c
   r.misjudged = changed.misjudged;
   const double distance = target.fine().distance();
   const double most_residual =
-      std::max(kMostResidual * distance, kMostScatter * std::sqrt(a.sums.variance / a.sums.weight));
+      std::max(kMaxResidual * distance, kMaxScatter * std::sqrt(a.sums.variance / a.sums.weight));
   if (r.overlap < options.min_overlap) {
     r.status = RegistrationStatus::TooFewPairs;
   } else if (r.in_front.value_or(0.0) > options.max_in_front || a.residual_scale > most_residual) {

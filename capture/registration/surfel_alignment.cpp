@@ -19,8 +19,8 @@ constexpr double kScaleOfQuarter =
     3.1386;                         ///< A quarter of a normal distribution lies within 1 / 3.1386 standard deviations.
 constexpr double kNarrower = 0.75;  ///< How fast the scale is narrowed,
 constexpr double kNarrowest = 2.0;  ///< to so many times what the points' own scatter makes.
-constexpr double kLeastCosine = 0.5;  ///< Normals of partners: 60 degrees.
-constexpr int kFewestPairsToSolve = 12;
+constexpr double kMinCosine = 0.5;  ///< Normals of partners: 60 degrees.
+constexpr int kMinPairsToSolve = 12;
 constexpr double kSureShare = 0.999;  ///< Of a margin: rounding.
 
 double quantile_of(std::vector<double>& values, double share) {
@@ -96,7 +96,7 @@ class Aligner {
       find_pairs();
       set_scale();
       sum_up();
-      if (result_.sums.num_pairs < kFewestPairsToSolve) return result_;
+      if (result_.sums.num_pairs < kMinPairsToSolve) return result_;
       step();
       ++result_.num_iterations;
       if (narrow_scale()) continue;
@@ -146,7 +146,7 @@ class Aligner {
         if (t.is_border) continue;
         Vec3 normal = to_from.rotation * s.normal;
         const double cosine = normal.dot(t.normal);
-        if ((is_oriented_ ? cosine : std::abs(cosine)) < kLeastCosine) continue;
+        if ((is_oriented_ ? cosine : std::abs(cosine)) < kMinCosine) continue;
         const Vec3 middle_normal = (cosine < 0.0 ? Vec3(t.normal - normal) : Vec3(t.normal + normal)).normalized();
         const Vec3 gap = p - t.position;
         pair = is_swapped ? Pair{i, j, -gap.dot(middle_normal), 0.0, true}
@@ -191,8 +191,8 @@ class Aligner {
             cosine = std::abs(cosine);
             const double robust = 1.0 - outlying * outlying;
             const double likely = 2.0 * base_variance_ / (2.0 * base_variance_ + a.variance + b.variance);
-            const double w = robust * robust * pair.closeness *
-                             std::max(0.0, (cosine - kLeastCosine) / (1.0 - kLeastCosine)) * likely;
+            const double w =
+                robust * robust * pair.closeness * std::max(0.0, (cosine - kMinCosine) / (1.0 - kMinCosine)) * likely;
             if (!(w > 0.0)) continue;
             const Vec3 middle = 0.5 * (a.position + t.apply(b.position));
             const Vec3 n = (a.normal + nb).normalized();

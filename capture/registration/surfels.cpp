@@ -15,9 +15,9 @@ namespace patinate::capture {
 namespace {
 
 constexpr std::size_t kFewestPoints = 16;
-constexpr int kFewestOfAPlane = 6;
-constexpr double kMostThickness = 0.3;    ///< Smallest over middle eigenvalue; 1 = a ball.
-constexpr double kMostNarrowness = 0.08;  ///< Middle over largest; a line has 0.
+constexpr int kMinOfAPlane = 6;
+constexpr double kMaxThickness = 0.3;    ///< Smallest over middle eigenvalue; 1 = a ball.
+constexpr double kMaxNarrowness = 0.08;  ///< Middle over largest; a line has 0.
 constexpr double kBorderShift =
     0.22;  ///< Mean of the points off the middle, in radii; 0.32 for half a disc with these weights.
 constexpr std::int64_t kCentersAChunk = 512;
@@ -99,7 +99,7 @@ std::optional<Surfel> surfel_at(const PointCells& cells, std::span<const Vec3> p
     yz += wd.y() * d.z();
     zz += wd.z() * d.z();
   });
-  if (count < kFewestOfAPlane || !(sum > 0.0)) return std::nullopt;
+  if (count < kMinOfAPlane || !(sum > 0.0)) return std::nullopt;
   mean /= sum;
   Eigen::Matrix3d covariance;
   covariance << xx, xy, xz, xy, yy, yz, xz, yz, zz;
@@ -107,7 +107,7 @@ std::optional<Surfel> surfel_at(const PointCells& cells, std::span<const Vec3> p
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(covariance);
   const Vec3 values = solver.eigenvalues();
-  if (!(values[0] < kMostThickness * values[1]) || !(values[1] > kMostNarrowness * values[2])) return std::nullopt;
+  if (!(values[0] < kMaxThickness * values[1]) || !(values[1] > kMaxNarrowness * values[2])) return std::nullopt;
   Surfel s;
   s.normal = solver.eigenvectors().col(0).normalized();
   const double off = s.normal.dot(mean);

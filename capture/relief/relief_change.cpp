@@ -23,7 +23,7 @@ constexpr double kSpacingsPerRadius = 4.4;  ///< 60 points of a square lattice l
 constexpr int kPoseRounds = 4;
 constexpr double kBlocksForPose = 200.0;  ///< Many for the robust fit, each of as much surface as that allows.
 constexpr int kWindowsPerBlock = 4;       ///< Along a side of the blocks that show what is systematic.
-constexpr std::size_t kFewestBlocks = 8;
+constexpr std::size_t kMinBlocks = 8;
 constexpr int kStableRounds = 2;  ///< By places that have not changed, after the robust ones.
 constexpr double kStays = 3.0;    ///< Standard deviations.
 constexpr double kPi = 3.14159265358979323846;
@@ -133,7 +133,7 @@ std::optional<double> systematic_part(const std::vector<ReliefPlace>& places, co
     sizes.push_back(std::abs(sum.change / sum.n));
     noise.push_back(sum.variance / sum.n / sum.n);
   }
-  if (sizes.size() < kFewestBlocks) return std::nullopt;
+  if (sizes.size() < kMinBlocks) return std::nullopt;
   const double size = kSigmaOfMad * median(std::move(sizes));
   return std::sqrt(std::max(0.0, size * size - median(std::move(noise))));
 }

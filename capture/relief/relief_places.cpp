@@ -21,10 +21,10 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::size_t kFewestSamples = 10;
-constexpr double kMostAside = 0.35;  ///< Of the radius: the points' middle from the axis; a half disk's is at 0.42.
-constexpr double kMostOff = 3.5;     ///< Robust standard deviations off the plane.
-constexpr double kSteepest = 2.5;    ///< Slope against the direction: 68 degrees.
+constexpr std::size_t kMinSamples = 10;
+constexpr double kMaxAside = 0.35;  ///< Of the radius: the points' middle from the axis; a half disk's is at 0.42.
+constexpr double kMaxOff = 3.5;     ///< Robust standard deviations off the plane.
+constexpr double kSteepest = 2.5;   ///< Slope against the direction: 68 degrees.
 
 struct Sample {
   double along, s, t;
@@ -60,7 +60,7 @@ std::vector<Sample> nearest_layer(std::vector<Sample> samples, double gap) {
     if (k < samples.size() && samples[k].along - samples[k - 1].along <= gap) continue;
     double distance = std::abs(samples[begin].along);
     for (std::size_t i = begin; i < k; ++i) distance = std::min(distance, std::abs(samples[i].along));
-    if (k - begin >= kFewestSamples && (best.empty() || distance < best_distance)) {
+    if (k - begin >= kMinSamples && (best.empty() || distance < best_distance)) {
       best.assign(samples.begin() + static_cast<std::ptrdiff_t>(begin),
                   samples.begin() + static_cast<std::ptrdiff_t>(k));
       best_distance = distance;
@@ -73,8 +73,7 @@ std::vector<Sample> nearest_layer(std::vector<Sample> samples, double gap) {
 bool lies_around(const std::vector<Sample>& samples, double radius) {
   double s = 0.0, t = 0.0;
   for (const Sample& p : samples) s += p.s, t += p.t;
-  return samples.size() >= kFewestSamples &&
-         std::hypot(s, t) <= kMostAside * radius * static_cast<double>(samples.size());
+  return samples.size() >= kMinSamples && std::hypot(s, t) <= kMaxAside * radius * static_cast<double>(samples.size());
 }
 
 void drop_outliers(std::vector<Sample>& samples) {
@@ -82,12 +81,12 @@ void drop_outliers(std::vector<Sample>& samples) {
   std::vector<double> sizes;
   sizes.reserve(samples.size());
   for (const Sample& p : samples) sizes.push_back(std::abs(off(plane, p)));
-  const double most = kMostOff * kSigmaOfMad * median(std::move(sizes));
+  const double most = kMaxOff * kSigmaOfMad * median(std::move(sizes));
   std::erase_if(samples, [&](const Sample& p) { return std::abs(off(plane, p)) > most; });
 }
 
-constexpr std::size_t kFewestInLayer = 10;
-constexpr double kLeastFacing = 0.25;  ///< Of a normal to the viewer: 75 degrees.
+constexpr std::size_t kMinInLayer = 10;
+constexpr double kMinFacing = 0.25;  ///< Of a normal to the viewer: 75 degrees.
 
 Vec3 mean_of(std::span<const Vec3> points) {
   Vec3 sum = Vec3::Zero();
@@ -119,7 +118,7 @@ std::optional<double> top_of(std::vector<double> depths, double gap) {
   std::sort(depths.begin(), depths.end(), std::greater<>());
   for (std::size_t begin = 0, k = 1; k <= depths.size(); ++k) {
     if (k < depths.size() && depths[k - 1] - depths[k] <= gap) continue;
-    if (k - begin >= kFewestInLayer) {
+    if (k - begin >= kMinInLayer) {
       double sum = 0.0;
       for (std::size_t i = begin; i < k; ++i) sum += depths[i];
       return sum / static_cast<double>(k - begin);
@@ -225,7 +224,7 @@ std::vector<ReliefPlace> relief_places(std::span<const Vec3> points, const Heigh
       const std::optional<LocalHeight> found = probe.over(over, view.toward);
       if (!found) continue;
       const double facing = found->normal.dot(view.toward);
-      if (facing < kLeastFacing) continue;
+      if (facing < kMinFacing) continue;
       rows[y].push_back({x, y, over + found->height * view.toward, found->normal, pixel_area / facing});
     }
   });

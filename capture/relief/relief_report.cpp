@@ -28,9 +28,9 @@ constexpr double kUm = 1000.0;  ///< In a mm.
 constexpr double kIn95 = 1.96;  ///< Standard deviations on either side.
 constexpr int kDigits = 6;
 /// Less, and what has changed is so much that it may be what stayed: the larger of two parts is taken to have.
-constexpr double kMostStays = 0.75;
-constexpr double kLeastAgrees = 0.5;  ///< Of what is said to stay.
-constexpr double kLeastMeasured = 0.5;
+constexpr double kMaxStays = 0.75;
+constexpr double kMinAgrees = 0.5;  ///< Of what is said to stay.
+constexpr double kMinMeasured = 0.5;
 constexpr int kPanel_px = 560;  ///< About the width of a picture on the page.
 constexpr int kLabel_px = 13;
 constexpr double kPictured = 0.98;  ///< Quantile of sizes that the pictures' ends stand for.
@@ -238,7 +238,7 @@ fs::path change_file(std::size_t scan, const std::string& extension) {
 
 std::vector<HistoryWarning> relief_warnings(const ReliefChange& change, const std::string& name, bool has_stable) {
   std::vector<HistoryWarning> warnings;
-  if (change.stable_share < kMostStays && !has_stable) {
+  if (change.stable_share < kMaxStays && !has_stable) {
     warnings.push_back({.about = WarningSubject::Motion,
                         .text = name + ": everything is measured against the " +
                                 fixed_percent_text(change.stable_share) +
@@ -248,7 +248,7 @@ std::vector<HistoryWarning> relief_warnings(const ReliefChange& change, const st
                         .share = 1.0 - change.stable_share,
                         .photos = {name}});
   }
-  if (change.stable_share < kLeastAgrees && has_stable) {
+  if (change.stable_share < kMinAgrees && has_stable) {
     warnings.push_back(
         {.about = WarningSubject::Motion,
          .text = name + ": only " + fixed_percent_text(change.stable_share) + " of what --stable marks show no change",
@@ -256,7 +256,7 @@ std::vector<HistoryWarning> relief_warnings(const ReliefChange& change, const st
          .share = 1.0 - change.stable_share,
          .photos = {name}});
   }
-  if (change.measured_share < kLeastMeasured) {
+  if (change.measured_share < kMinMeasured) {
     warnings.push_back(
         {.about = WarningSubject::Mask,
          .text = name + ": only " + fixed_percent_text(change.measured_share) + " of the reference's surface is in it",

@@ -23,7 +23,7 @@ constexpr std::size_t kKept = 10;  ///< Draws that are followed to the end, as t
 constexpr int kRounds = 20;
 constexpr double kAgrees = 3.0;
 /// Squared mean slope along a degree of freedom, against the best one, below which it is noise of normals: 3 %.
-constexpr double kLeastConstraint = 1e-3;
+constexpr double kMinConstraint = 1e-3;
 
 using Rows = Eigen::MatrixXd;
 
@@ -48,7 +48,7 @@ System constrained_system(std::span<const HeightDifference> differences, double 
   const SymmetricEigen<Matrix6> solver = symmetric_eigen(Matrix6(all.transpose() * all));
   const double most = solver.values[5];
   Eigen::Index first = 0;
-  while (first < 5 && solver.values[first] < kLeastConstraint * most) ++first;
+  while (first < 5 && solver.values[first] < kMinConstraint * most) ++first;
   Rows basis = solver.vectors.rightCols(6 - first);
   System system{all * basis, right, basis};
   system.motion_from_dofs.topRows<3>() /= size;

@@ -8,9 +8,9 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kMineral = 0.04;     ///< F0 of what is no metal beside metal.
-constexpr double kLeastMetal = 0.02;  ///< Less is none.
-constexpr double kPure = 0.95;        ///< Of more no diffuse light tells the color.
+constexpr double kMineral = 0.04;   ///< F0 of what is no metal beside metal.
+constexpr double kMinMetal = 0.02;  ///< Less is none.
+constexpr double kPure = 0.95;      ///< Of more no diffuse light tells the color.
 
 struct PixelFrame {
   Vec3 color, tint;
@@ -19,7 +19,7 @@ struct PixelFrame {
 
 PixelFrame pixel_frame(const Vec3& albedo, const Vec3& f0, double metalness) {
   const double m = metalness;
-  if (!(m > kLeastMetal)) return {albedo, Vec3::Zero(), std::clamp(f0.mean(), 0.0, 1.0)};
+  if (!(m > kMinMetal)) return {albedo, Vec3::Zero(), std::clamp(f0.mean(), 0.0, 1.0)};
   const Vec3 tint = ((f0 - (1.0 - m) * Vec3::Constant(kMineral)) / m).cwiseMax(kMineral).cwiseMin(1.0);
   if (m > kPure) return {tint, tint, kMineral};
   const Vec3 of_diffuse = albedo / (1.0 - m), base = of_diffuse + m * m * (tint - of_diffuse);

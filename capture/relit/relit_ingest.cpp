@@ -224,7 +224,7 @@ void write_controls(HistoryWriter& writer, const RelitWork& work, const fs::path
 std::vector<HistoryWarning> pose_warnings(const std::vector<RelitStepFacts>& facts) {
   std::vector<HistoryWarning> warnings;
   for (const RelitStepFacts& f : facts) {
-    if (!f.frame || !f.pose.registration || f.pose.registration->staying >= ChangedSurface::kLeastStaying) continue;
+    if (!f.frame || !f.pose.registration || f.pose.registration->staying >= ChangedSurface::kMinStaying) continue;
     const RelitRegistration& found = *f.pose.registration;
     const std::string name = "step " + std::to_string(f.step);
     warnings.push_back(

@@ -87,8 +87,8 @@ ImageF report_stddev(const ImageF& albedo, const ImageF& stddev, const ImageU8& 
                                                 .more = "gray: no surface; red: not determined"});
 }
 
-constexpr float kBlackPhoto = 1e-4f;   ///< Linear value that every photograph of a lit surface passes somewhere.
-constexpr double kLeastOverlap = 0.1;  ///< Of the reference's pixels that a step must show.
+constexpr float kBlackPhoto = 1e-4f;  ///< Linear value that every photograph of a lit surface passes somewhere.
+constexpr double kMinOverlap = 0.1;   ///< Of the reference's pixels that a step must show.
 constexpr double kLargestOffset =
     3.0;  ///< Of a scan's texel size: a scan farther off is not of this object, or not registered.
 constexpr double kLargeResidual = 0.1;  ///< Of the photographs' values; noise and small errors of normals stay below.
@@ -129,7 +129,7 @@ void check_fit(const RelitWork& work, std::size_t index, const ScanView& referen
   const double overlap = share_of(places.num_on_scan, reference.num_seen);
   facts.overlap = overlap;
   facts.offset_mm = places.offset_mm;
-  if (overlap < kLeastOverlap) {
+  if (overlap < kMinOverlap) {
     throw CannotComplete(work.step_name(index) + ": its scan shows only " + fixed_percent_text(overlap) +
                          " of what the reference shows; the scans do not overlap, or its pose is wrong");
   }

@@ -136,14 +136,14 @@ ReportFrames look_at_frames(const HistoryManifest& history, const fs::path& fold
 
 std::vector<bool> shown_frames(const std::vector<bool>& is_marked) {
   const std::size_t num_frames = is_marked.size();
-  if (num_frames <= kMostThumbnails) return std::vector<bool>(num_frames, true);
+  if (num_frames <= kMaxThumbnails) return std::vector<bool>(num_frames, true);
   std::vector<bool> is_shown(num_frames, false);
   std::size_t num_marked = 0;
-  for (std::size_t i = 0; i < num_frames && num_marked < kMostMarkedFrames; ++i) {
+  for (std::size_t i = 0; i < num_frames && num_marked < kMaxMarkedFrames; ++i) {
     is_shown[i] = is_marked[i];
     num_marked += is_marked[i] ? 1 : 0;
   }
-  const std::size_t num_even = kMostThumbnails - num_marked;
+  const std::size_t num_even = kMaxThumbnails - num_marked;
   for (std::size_t k = 0; k < num_even; ++k) is_shown[k * (num_frames - 1) / (num_even - 1)] = true;
   return is_shown;
 }

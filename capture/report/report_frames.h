@@ -14,10 +14,10 @@
 
 namespace patinate::capture {
 
-inline constexpr int kThumbnailSide_px = 160;         ///< Of the longer side, at most.
-inline constexpr int kReportMapSide_px = 320;         ///< The same of a map.
-inline constexpr std::size_t kMostThumbnails = 60;    ///< More frames are in the table alone.
-inline constexpr std::size_t kMostMarkedFrames = 30;  ///< Of those, frames that are shown because a warning names them.
+inline constexpr int kThumbnailSide_px = 160;        ///< Of the longer side, at most.
+inline constexpr int kReportMapSide_px = 320;        ///< The same of a map.
+inline constexpr std::size_t kMaxThumbnails = 60;    ///< More frames are in the table alone.
+inline constexpr std::size_t kMaxMarkedFrames = 30;  ///< Of those, frames that are shown because a warning names them.
 
 /// Where most of some pixels lie: nine tenths of them in each direction. Pixels of the history, both ends included.
 struct PixelSpan {
@@ -45,8 +45,8 @@ struct ReportFrames {
                                           const ImageU8& mask, const std::vector<bool>& is_shown,
                                           const std::function<ImageU8(int)>& out_of_view, const RunControl& control);
 
-/// Which frames have a thumbnail: all of up to kMostThumbnails; of more, those that are marked (at most
-/// kMostMarkedFrames), and others evenly, the first and the last among them.
+/// Which frames have a thumbnail: all of up to kMaxThumbnails; of more, those that are marked (at most
+/// kMaxMarkedFrames), and others evenly, the first and the last among them.
 [[nodiscard]] std::vector<bool> shown_frames(const std::vector<bool>& is_marked);
 
 /// An image, at most `longest` pixels on its longer side.

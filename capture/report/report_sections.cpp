@@ -85,7 +85,7 @@ std::string place_text(const ReportSeries& series, const HistoryWarning& warning
 /// What all thumbnails are multiplied by, so that light beyond white shows, and light far below it.
 float shown_factor(const std::vector<ReportFrame>& frames) {
   constexpr double kHigh = 0.995;
-  constexpr float kLeastBeyond = 1.01f, kWhite = 0.9f, kDark = 0.1f, kShownDark = 0.5f;
+  constexpr float kMinBeyond = 1.01f, kWhite = 0.9f, kDark = 0.1f, kShownDark = 0.5f;
   std::vector<float> values;
   for (const ReportFrame& frame : frames) {
     for (int y = 0; y < frame.thumbnail.height(); ++y) {
@@ -97,7 +97,7 @@ float shown_factor(const std::vector<ReportFrame>& frames) {
   }
   if (values.empty()) return 1.0f;
   const float high = value_at_rank(values, static_cast<std::size_t>(kHigh * static_cast<double>(values.size() - 1)));
-  return high > kLeastBeyond ? kWhite / high : high > 0.0f && high < kDark ? kShownDark / high : 1.0f;
+  return high > kMinBeyond ? kWhite / high : high > 0.0f && high < kDark ? kShownDark / high : 1.0f;
 }
 
 ImageF marked_thumbnail(const ReportFrame& frame, float factor) {

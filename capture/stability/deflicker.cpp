@@ -11,10 +11,10 @@ namespace patinate::capture {
 namespace {
 
 constexpr int kLineRounds = 4;
-constexpr std::size_t kNoCourse = 3;    ///< Photographs of which none can be told.
-constexpr double kLeastOfFew = 0.0488;  ///< Of log brightness, 5 %: less may be their material's.
-constexpr double kLowessLimit = 6.0;    ///< In median absolute residuals, as lowess has it.
-constexpr double kLeastSpread = 1e-4;   ///< Of log brightness: less is no outlier.
+constexpr std::size_t kNoCourse = 3;  ///< Photographs of which none can be told.
+constexpr double kMinOfFew = 0.0488;  ///< Of log brightness, 5 %: less may be their material's.
+constexpr double kLowessLimit = 6.0;  ///< In median absolute residuals, as lowess has it.
+constexpr double kMinSpread = 1e-4;   ///< Of log brightness: less is no outlier.
 
 /// Weighted local line at `at`, or the weighted mean where a line is not determined.
 double local_line(const std::vector<double>& curve, const std::vector<double>& robust, int at, int half_width) {
@@ -39,7 +39,7 @@ double local_line(const std::vector<double>& curve, const std::vector<double>& r
 std::vector<double> robust_weights(const std::vector<double>& curve, const std::vector<double>& smooth) {
   std::vector<double> residuals, weights;
   for (std::size_t i = 0; i < curve.size(); ++i) residuals.push_back(std::abs(curve[i] - smooth[i]));
-  const double limit = kLowessLimit * std::max(median(residuals), kLeastSpread);
+  const double limit = kLowessLimit * std::max(median(residuals), kMinSpread);
   for (double residual : residuals) {
     const double t = residual / limit;
     weights.push_back(t < 1.0 ? (1.0 - t * t) * (1.0 - t * t) : 0.0);
@@ -68,7 +68,7 @@ std::vector<double> smooth_curve(const std::vector<double>& curve, int half_widt
   const std::size_t n = curve.size();
   if (n <= kNoCourse) {
     const auto [low, high] = std::minmax_element(curve.begin(), curve.end());
-    if (*high - *low < kLeastOfFew) return curve;
+    if (*high - *low < kMinOfFew) return curve;
     return std::vector<double>(n, n == kNoCourse ? median(curve) : curve.front());
   }
   std::vector<double> robust(n, 1.0), smooth(n);

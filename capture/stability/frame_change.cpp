@@ -173,8 +173,8 @@ FrameChange measure_change(const PreparedFrame& reference, const PreparedFrame& 
         continue;
       ratios.push_back(std::log(static_cast<double>(m.after[c]) / static_cast<double>(m.before[c])));
     }
-    constexpr std::size_t kLeastShare = 20;  // One in so many.
-    if (kLeastShare * ratios.size() >= matches.size()) change.log_gain[c] = median(std::move(ratios));
+    constexpr std::size_t kMinShare = 20;  // One in so many.
+    if (kMinShare * ratios.size() >= matches.size()) change.log_gain[c] = median(std::move(ratios));
   }
   for (const Match& m : matches) {
     double squares = 0.0;

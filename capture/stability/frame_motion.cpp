@@ -19,9 +19,9 @@ constexpr int kStartSide = 160;       ///< Pixels of the longer side where turns
 constexpr int kFinestSide = 640;      ///< Finer detail adds time, not precision.
 constexpr double kTrustedPeak = 0.8;  ///< A correlation as high as this needs no search.
 constexpr int kMaxIterations = 30;
-constexpr double kConverged = 1e-3;   ///< Largest motion of a corner in the last step, px.
-constexpr double kReliable = 0.5;     ///< Similarity of a motion that can be trusted.
-constexpr double kLeastShared = 0.1;  ///< Of the picture.
+constexpr double kConverged = 1e-3;  ///< Largest motion of a corner in the last step, px.
+constexpr double kReliable = 0.5;    ///< Similarity of a motion that can be trusted.
+constexpr double kMinShared = 0.1;   ///< Of the picture.
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -90,7 +90,7 @@ Overlay overlay(const Pair& pair, const Eigen::Affine2d& motion) {
   }
   Overlay result;
   result.share = count / static_cast<double>(pair.reference.num_pixels());
-  if (!(aa > 0.0) || !(bb > 0.0) || result.share < kLeastShared) return result;
+  if (!(aa > 0.0) || !(bb > 0.0) || result.share < kMinShared) return result;
   result.similarity = ab / std::sqrt(aa * bb);
   result.gain = std::sqrt(bb / aa);
   result.spread = std::sqrt(std::max(0.0, (aa + bb / (result.gain * result.gain) - 2.0 * ab / result.gain) / count));
@@ -127,7 +127,7 @@ void accumulate_step(const Pair& pair, const Eigen::Affine2d& motion, const Over
 Eigen::Affine2d refine(const Pair& pair, Eigen::Affine2d motion, double& shift_error) {
   const double half_w = 0.5 * (pair.reference.width() - 1), half_h = 0.5 * (pair.reference.height() - 1);
   Overlay fit = overlay(pair, motion);
-  for (int i = 0; i < kMaxIterations && fit.share >= kLeastShared; ++i) {
+  for (int i = 0; i < kMaxIterations && fit.share >= kMinShared; ++i) {
     Matrix6 normal;
     Vector6 right;
     accumulate_step(pair, motion, fit, normal, right);

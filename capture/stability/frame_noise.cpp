@@ -109,7 +109,7 @@ ImageF SeriesNoise::deviation_of(const ImageF& frame) const {
 SeriesNoise estimate_noise(const std::vector<double>& times, const std::function<ImageF(int)>& read_frame,
                            const RunControl& control) {
   const int n = static_cast<int>(times.size());
-  if (n < kFewestForNoise) throw InvalidInput("noise: five frames or more tell it from aging");
+  if (n < kMinForNoise) throw InvalidInput("noise: five frames or more tell it from aging");
   ImageF before = read_frame(0), now = read_frame(1);
   SeriesNoise noise{.level = ImageF(now.width(), now.height(), 3), .mean = before};
   const auto add_to_mean = [&](const ImageF& frame) {

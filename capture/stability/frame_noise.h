@@ -13,7 +13,7 @@
 namespace patinate::capture {
 
 /// Fewest frames that tell noise from aging: three are compared with their neighbors.
-inline constexpr int kFewestForNoise = 5;
+inline constexpr int kMinForNoise = 5;
 
 /// Standard deviation of a frame's color where it is v: at(place) * sqrt((offset + slope v) / (offset + slope mean)).
 struct SeriesNoise {
@@ -29,7 +29,7 @@ struct SeriesNoise {
 /// (Gaussian of 4 px: aging that bends): what is left is noise, with the variance 1 + a^2 + b^2 for weights a + b = 1.
 /// Mean of the square root of its size over time, median of 5 x 5 pixels: jumps (a crack that opens) count little. What
 /// whole photographs have wrong, flicker, the response or the lamp, does not show.
-/// @param times       Increasing, kFewestForNoise or more. @param read_frame  Frame i, H x W x 3; read once, in order.
+/// @param times       Increasing, kMinForNoise or more. @param read_frame  Frame i, H x W x 3; read once, in order.
 /// @throws InvalidInput if there are fewer, or sizes differ. Memory does not depend on the number of frames.
 [[nodiscard]] SeriesNoise estimate_noise(const std::vector<double>& times, const std::function<ImageF(int)>& read_frame,
                                          const RunControl& control = {});

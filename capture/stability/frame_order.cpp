@@ -15,7 +15,7 @@ namespace {
 
 constexpr float kDarkLook = 0.02f;  ///< Linear; below, ratios are those of noise and stray light.
 constexpr double kFileUnit = 1e-4;  ///< Of looks in files.
-constexpr std::size_t kFewestLooks = 6, kMostCompared = 256;
+constexpr std::size_t kMinLooks = 6, kMaxCompared = 256;
 
 /// Differences between all pairs.
 class Differences {
@@ -76,10 +76,10 @@ std::vector<int> nearest_followers(const Differences& d) {
 
 /// Turns pieces around as long as that makes the way shorter.
 void shorten(const Differences& d, std::vector<int>& order, const RunControl& control) {
-  constexpr int kMostSweeps = 50;
+  constexpr int kMaxSweeps = 50;
   const std::size_t n = order.size();
   bool is_shorter = true;
-  for (int sweep = 0; is_shorter && sweep < kMostSweeps; ++sweep) {
+  for (int sweep = 0; is_shorter && sweep < kMaxSweeps; ++sweep) {
     control.throw_if_stopped();
     is_shorter = false;
     for (std::size_t i = 0; i + 1 < n; ++i) {
@@ -102,7 +102,7 @@ FrameOrder order_of(const std::vector<FrameLook>& looks, const RunControl& contr
   std::vector<int> given(looks.size());
   std::iota(given.begin(), given.end(), 0);
   result.best = given;
-  if (looks.size() < kFewestLooks) return result;
+  if (looks.size() < kMinLooks) return result;
   const Differences differences(looks, control);
   std::vector<int> other = nearest_followers(differences);
   for (std::vector<int>* order : {&result.best, &other}) shorten(differences, *order, control);
@@ -182,7 +182,7 @@ FrameOrder find_order(const std::vector<FrameLook>& looks, const std::vector<int
   for (int i = 0; i < static_cast<int>(looks.size()); ++i) {
     if (!std::binary_search(odd.begin(), odd.end(), i)) belonging.push_back(i);
   }
-  const std::size_t num = std::min(kMostCompared, belonging.size());
+  const std::size_t num = std::min(kMaxCompared, belonging.size());
   std::vector<FrameLook> seen;
   for (std::size_t k = 0; k < num; ++k) {
     picked.push_back(belonging[k * belonging.size() / num]);

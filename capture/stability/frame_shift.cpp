@@ -23,7 +23,7 @@ constexpr double kLargestShift = 0.25;   ///< Of each side.
 constexpr int kNumParts = 6;             ///< Along each side.
 constexpr double kPartTexture = 0.25;    ///< A part with less than this share of the mean texture has no vote.
 constexpr double kFollows = 0.97;        ///< Error at s against error at -s, below which a part follows s.
-constexpr double kLeastAgreement = 0.7;
+constexpr double kMinAgreement = 0.7;
 
 /// A rectangle that two frames share, by its corner in each.
 struct Overlap {
@@ -246,7 +246,7 @@ FrameShift measure_shift(const PreparedFrame& reference, const PreparedFrame& fr
   shift.peak = peak.height;
   shift.x = peak.x * reference.scale_x;
   shift.y = peak.y * reference.scale_y;
-  shift.status = shift.agreement >= kLeastAgreement ? ShiftStatus::Measured : ShiftStatus::NotGlobal;
+  shift.status = shift.agreement >= kMinAgreement ? ShiftStatus::Measured : ShiftStatus::NotGlobal;
   return shift;
 }
 

@@ -17,24 +17,24 @@ namespace {
 constexpr double kWhiteShare = 0.6;  ///< Of a window that is white material.
 constexpr int kMaxLookedFrames = 16;
 constexpr int kHighlightSide = 512;  ///< Pixels of the longer side at which the standing highlight is looked for.
-constexpr int kLeastEarly = 2;
-constexpr int kEarlyPart = 32;        ///< One in so many frames, the first ones: what grows is not there yet.
-constexpr double kLeastCore = 0.016;  ///< Of the shorter side, across: wet grains glint in smaller spots.
-constexpr int kMedianRadius = 16;     ///< Pixels of the thinned picture in which a median over a wide window is taken.
+constexpr int kMinEarly = 2;
+constexpr int kEarlyPart = 32;      ///< One in so many frames, the first ones: what grows is not there yet.
+constexpr double kMinCore = 0.016;  ///< Of the shorter side, across: wet grains glint in smaller spots.
+constexpr int kMedianRadius = 16;   ///< Pixels of the thinned picture in which a median over a wide window is taken.
 constexpr float kNearlySaturated =
     0.75f;                         ///< Of the saturated value, in the darkest channel: lossy files soften the plateau.
 constexpr float kClipped = 0.93f;  ///< Likewise, of what is surely clipped.
 constexpr double kMostlyClipped = 0.5, kPartlyClipped = 0.01;  ///< Of a core.
 /// A sharp border blurs over a pixel or two. A skirt grows with its core: that of a Gaussian lobe, which would be 1.6
 /// times the saturated value high, is 0.4 of the core's half width over a ground of a fifth of it.
-constexpr double kLeastSkirt_px = 3.0, kLeastSkirt = 0.25;
+constexpr double kMinSkirt_px = 3.0, kMinSkirt = 0.25;
 constexpr double kExtentStep = 0.15;
 /// Of the saturated value. Specks beside what is so bright are its texture.
 constexpr double kSameTexture = 1.0 / 1.3;
 constexpr double kKnownWell = 0.93;     ///< Likewise: within 7 % of what is clipped.
 constexpr float kSameMaterial = 0.5f;   ///< Likewise: what is darker is a crack or another material.
 constexpr double kHereAndThere = 0.15;  ///< Of the surroundings. The skirt of a lobe is so bright on half as much.
-constexpr float kLeastGround = 0.01f;
+constexpr float kMinGround = 0.01f;
 
 int window_radius(int width, int height, const HighlightOptions& options) {
   return std::max(1, static_cast<int>(std::lround(0.5 * options.width_share * std::min(width, height))));
@@ -104,7 +104,7 @@ cv::Mat ground_of(const cv::Mat& light, int radius, double saturation) {
   cv::morphologyEx(light, below, cv::MORPH_OPEN, square(radius), {-1, -1}, 1, cv::BORDER_REFLECT);
   const int size = radius | 1;
   cv::blur(below, below, {size, size}, {-1, -1}, cv::BORDER_REFLECT);
-  return cv::max(cv::max(usual, below), static_cast<double>(kLeastGround));
+  return cv::max(cv::max(usual, below), static_cast<double>(kMinGround));
 }
 
 /// Whether the pixels at most `reach` away from the set are as bright as white material is of which parts are clipped:
@@ -133,7 +133,7 @@ bool is_in_white_material(const cv::Mat& set, const cv::Mat& values, int reach) 
 }
 
 int core_radius(const cv::Size& size) {
-  return std::max(1, static_cast<int>(std::lround(0.5 * kLeastCore * std::min(size.width, size.height))));
+  return std::max(1, static_cast<int>(std::lround(0.5 * kMinCore * std::min(size.width, size.height))));
 }
 
 /// The brightest channel over `level`, at most 1.
@@ -180,7 +180,7 @@ struct EarlyLook {
 
 EarlyLook look_at_start(int num_frames, const std::function<ImageF(int)>& read_frame, const RunControl& control) {
   EarlyLook look;
-  const int span = std::min(num_frames, std::max(kLeastEarly, num_frames / kEarlyPart)),
+  const int span = std::min(num_frames, std::max(kMinEarly, num_frames / kEarlyPart)),
             count = std::min(span, kMaxLookedFrames);
   for (int k = 0; k < count; ++k) {
     control.throw_if_stopped();
@@ -251,7 +251,7 @@ cv::Mat lamps_among(const cv::Mat& reach, const cv::Mat& cores, const cv::Mat& c
     const Part& part = parts[k];
     const double border = std::max(1.0, part.border), share = part.clipped / std::max(1.0, part.core);
     const double skirt = (part.area - part.core) / border, half_width = 2.0 * part.core / border;
-    const bool has_skirt = skirt >= std::max(kLeastSkirt_px, kLeastSkirt * half_width);
+    const bool has_skirt = skirt >= std::max(kMinSkirt_px, kMinSkirt * half_width);
     if (share >= kMostlyClipped || (share >= kPartlyClipped && has_skirt)) result.setTo(255, labels == k);
   }
   return result;

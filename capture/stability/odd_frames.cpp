@@ -14,7 +14,7 @@ namespace {
 enum class Kind { Moved, Exposed, New };
 constexpr std::array<Kind, 3> kKinds{Kind::Moved, Kind::Exposed, Kind::New};
 constexpr int kLongestRun = 3;  ///< More frames in a row are a part of the series rather than a mistake.
-constexpr int kMostRuns = 64;   ///< Of more than one frame, whose pairs across are measured: 0.2 s each.
+constexpr int kMaxRuns = 64;    ///< Of more than one frame, whose pairs across are measured: 0.2 s each.
 
 bool has(const FrameFinding& f, Kind kind) {
   if (kind == Kind::Moved) return f.is_shifted;
@@ -204,7 +204,7 @@ std::vector<FrameRun> runs_to_skip(const std::vector<FramePair>& neighbors, cons
       const FrameRun run{frame, frame + size - 1};
       const auto after = is_wanting.find(run.last + 1);
       if (!wanting || after == is_wanting.end() || !after->second || !is_minority(run, neighbors.size())) continue;
-      if (size > 1 && num_longer++ >= kMostRuns) continue;
+      if (size > 1 && num_longer++ >= kMaxRuns) continue;
       runs.push_back(run);
     }
   }

@@ -14,12 +14,12 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kNumWindows = 12;              ///< Along the longer side.
-constexpr int kLeastSide = 4 * kNumWindows;  ///< px: windows are means of sixteen.
-constexpr std::size_t kFewestFrames = 6;     ///< Frames: three in each half.
-constexpr std::size_t kFewestWindows = 36;   ///< Inside the mask: five for each of the seven numbers.
-constexpr double kExplained = 0.3;           ///< As find_uneven_light() asks for.
-constexpr double kLampAgrees = 0.7;          ///< The same.
+constexpr int kNumWindows = 12;            ///< Along the longer side.
+constexpr int kMinSide = 4 * kNumWindows;  ///< px: windows are means of sixteen.
+constexpr std::size_t kFewestFrames = 6;   ///< Frames: three in each half.
+constexpr std::size_t kMinWindows = 36;    ///< Inside the mask: five for each of the seven numbers.
+constexpr double kExplained = 0.3;         ///< As find_uneven_light() asks for.
+constexpr double kLampAgrees = 0.7;        ///< The same.
 constexpr double kReflectionAgrees = 0.9;
 constexpr double kSeen = 0.05;       ///< Of the mean light: less is no patch that one sees.
 constexpr double kInside = 0.9;      ///< Of the half sides.
@@ -83,7 +83,7 @@ WindowSeries part_of(const WindowSeries& series, std::size_t begin, std::size_t 
 
 /// Whether every frame and channel has enough windows to find seven numbers from.
 bool is_enough(const WindowSeries& series) {
-  return series.places.size() >= kFewestWindows &&
+  return series.places.size() >= kMinWindows &&
          std::all_of(series.values.begin(), series.values.end(), [](const std::vector<double>& values) {
            return 2 * std::count_if(values.begin(), values.end(), [](double v) { return !std::isnan(v); }) >=
                   static_cast<std::ptrdiff_t>(values.size());
@@ -197,8 +197,7 @@ double LampReflection::at(const PicturePoint& p) const {
 }
 
 StaticLight find_static_light(const std::vector<ImageF>& frames, const ImageU8& mask) {
-  if (frames.size() < kFewestFrames || std::max(frames.front().width(), frames.front().height()) < kLeastSide)
-    return {};
+  if (frames.size() < kFewestFrames || std::max(frames.front().width(), frames.front().height()) < kMinSide) return {};
   Evidence e{.whole = windows_of(frames, mask), .first = {}, .second = {}};
   if (!is_enough(e.whole)) return {};
   const LightFit all = fit_light(e.whole, {.lamp = true, .reflection = true});

@@ -13,7 +13,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kLeastLight = 1e-4;      ///< Light below it is black.
+constexpr double kMinLight = 1e-4;        ///< Light below it is black.
 constexpr double kOutlier = 0.1;          ///< Of a logarithm: the surface's own patterns are more than that.
 constexpr double kDerivativeStep = 1e-3;  ///< Of the derivatives; medians are flat below it.
 constexpr double kFaint = 0.05;           ///< Of the mean light: where the reflection's strength starts.
@@ -55,10 +55,10 @@ class Residuals {
       std::vector<double> albedos;
       for (std::size_t k = 0; k < values.size(); ++k)
         if (!std::isnan(values[k])) albedos.push_back((values[k] - reflection[k]) / lamp[k]);
-      const double albedo = std::max(median(std::move(albedos)), kLeastLight);
+      const double albedo = std::max(median(std::move(albedos)), kMinLight);
       for (std::size_t k = 0; k < values.size(); ++k) {
-        const double expected = std::max(lamp[k] * albedo + reflection[k], kLeastLight);
-        result.push_back(std::isnan(values[k]) ? 0.0 : std::log(std::max(values[k], kLeastLight)) - std::log(expected));
+        const double expected = std::max(lamp[k] * albedo + reflection[k], kMinLight);
+        result.push_back(std::isnan(values[k]) ? 0.0 : std::log(std::max(values[k], kMinLight)) - std::log(expected));
       }
     }
     return result;
@@ -156,7 +156,7 @@ LightFit fit_light(const WindowSeries& series, const FitParts& parts) {
         std::vector<double> numbers;
         if (parts.lamp) numbers = {start.brightest.x, start.brightest.y, height};
         if (parts.reflection) {
-          const double strength = std::log(std::max(kFaint * start.mean, kLeastLight));
+          const double strength = std::log(std::max(kFaint * start.mean, kMinLight));
           numbers.insert(numbers.end(), {start.always_bright.x, start.always_bright.y, width, strength});
         }
         const Solution found = solve_from(std::move(numbers), series, parts);

@@ -11,14 +11,14 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kFitsAsItLies = 0.8;       ///< Detail as similar as this needs no motion when the shift is small.
-constexpr double kSmallShift = 0.3;         ///< Of `detail`, px.
-constexpr double kLeastImprovement = 0.05;  ///< Share of the missing similarity that a motion must bring.
-constexpr double kMovedImprovement = 0.3;   ///< The same, for a photograph to be called moved.
-constexpr int kNeighbors = 8;               ///< On either side.
-constexpr double kUnclear = 2.0;            ///< Of the threshold: from there on a few photographs may differ in light.
-constexpr std::size_t kNearest = 3;         ///< On either side, for what a jump must stand out from.
-constexpr double kNearestFactor = 0.75;     ///< Of jump_factor.
+constexpr double kFitsAsItLies = 0.8;      ///< Detail as similar as this needs no motion when the shift is small.
+constexpr double kSmallShift = 0.3;        ///< Of `detail`, px.
+constexpr double kMinImprovement = 0.05;   ///< Share of the missing similarity that a motion must bring.
+constexpr double kMovedImprovement = 0.3;  ///< The same, for a photograph to be called moved.
+constexpr int kNeighbors = 8;              ///< On either side.
+constexpr double kUnclear = 2.0;           ///< Of the threshold: from there on a few photographs may differ in light.
+constexpr std::size_t kNearest = 3;        ///< On either side, for what a jump must stand out from.
+constexpr double kNearestFactor = 0.75;    ///< Of jump_factor.
 constexpr double kJumpDetail = 0.1, kJumpSurface = 0.04;
 constexpr double kPlain = 0.5;  ///< Of the series's median contrast.
 constexpr double kSameColor =
@@ -130,7 +130,7 @@ void judge_jump(const std::vector<FramePair>& pairs, std::size_t at, double leas
 void judge_moved_jump(const std::vector<FramePair>& pairs, const std::vector<bool>& is_moved, std::size_t at,
                       const SurveyOptions& options, FrameFinding& finding) {
   constexpr std::size_t kEnough = 3;
-  constexpr double kLeastFactor = 2.0;  // Resampling twice leaves up to 0.15 of the detail on real photographs.
+  constexpr double kMinFactor = 2.0;  // Resampling twice leaves up to 0.15 of the detail on real photographs.
   std::vector<FramePair> moved;
   std::size_t at_moved = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -138,9 +138,9 @@ void judge_moved_jump(const std::vector<FramePair>& pairs, const std::vector<boo
     if (is_moved[i]) moved.push_back(pairs[i]);
   }
   if (moved.size() > kEnough) {
-    judge_jump(moved, at_moved, kLeastFactor, options, finding);
+    judge_jump(moved, at_moved, kMinFactor, options, finding);
   } else {
-    judge_jump(pairs, at, kLeastFactor, options, finding);
+    judge_jump(pairs, at, kMinFactor, options, finding);
   }
 }
 
@@ -220,7 +220,7 @@ FramePair compare_frames(int reference_index, const PreparedFrame& reference, in
   if (has_texture && (always_motion || shift > kSmallShift || pair.similarity_before < kFitsAsItLies)) {
     const FrameMotion motion = measure_motion(reference, frame);
     const double missing = 1.0 - pair.similarity_before;
-    if (motion.similarity > pair.similarity_before + kLeastImprovement * missing) {
+    if (motion.similarity > pair.similarity_before + kMinImprovement * missing) {
       pair.motion = motion;
       pair.is_motion_measured = true;
     }

@@ -20,12 +20,12 @@ constexpr int kEvidenceOrder = 2;           ///< Where fewer pixels are compared
 constexpr double kLeastUsed = 0.25;         ///< Of what is inside the mask.
 constexpr std::ptrdiff_t kFewestUsed = 60;  ///< Pixels: four for each of the 15 coefficients of the fourth degree.
 constexpr double kReplaced = 0.2;           ///< Change of a channel's logarithm that makes a pixel another surface.
-constexpr double kLeastReplaced = 0.25;     ///< Of what is inside, for evidence.
+constexpr double kMinReplaced = 0.25;       ///< Of what is inside, for evidence.
 constexpr double kSameDetail = 0.5;         ///< Correlation from which on the old surface shines through.
-constexpr double kLeastDetail = 0.02;       ///< Standard deviation of logarithms: twice a photograph's noise.
+constexpr double kMinDetail = 0.02;         ///< Standard deviation of logarithms: twice a photograph's noise.
 constexpr double kStayed = 0.7, kWent = 0.5;
 constexpr double kUncolored = 0.8;
-constexpr double kLeastExplained = 0.3;
+constexpr double kMinExplained = 0.3;
 
 /// Values of the pixels in order; NaN where not known.
 using Field = std::vector<double>;
@@ -181,12 +181,12 @@ LightEvidence judge_by_shape(const std::vector<Logs>& frames, const Split& whole
   const Split red = split_field(middle(frames, kRed, 0, frames.size()), width, kOrder);
   const Split blue = split_field(middle(frames, kBlue, 0, frames.size()), width, kOrder);
   const bool is_uncolored = spread_of(red.slow, blue.slow).common() >= kUncolored;
-  return is_uncolored && explained >= kLeastExplained ? LightEvidence::Possible : LightEvidence::None;
+  return is_uncolored && explained >= kMinExplained ? LightEvidence::Possible : LightEvidence::None;
 }
 
 LightEvidence judge(const LogSeries& series, const Split& whole) {
   const Replaced parts = replaced_parts(series.frames);
-  if (series.frames.size() < 2 || !series.is_known(parts.before, kLeastReplaced))
+  if (series.frames.size() < 2 || !series.is_known(parts.before, kMinReplaced))
     return judge_by_shape(series.frames, whole, series.width);
   const Split before = split_field(parts.before, series.width, kEvidenceOrder),
               after = split_field(parts.after, series.width, kEvidenceOrder);
@@ -215,12 +215,12 @@ LogSeries checked_series(const std::vector<ImageF>& frames, const ImageU8& mask)
 bool is_surface_replaced(const std::vector<ImageF>& frames, const ImageU8& mask) {
   const LogSeries series = checked_series(frames, mask);
   const Replaced parts = replaced_parts(series.frames);
-  if (!series.is_known(parts.before, kLeastReplaced)) return false;
+  if (!series.is_known(parts.before, kMinReplaced)) return false;
   const Split before = split_field(parts.before, series.width, kEvidenceOrder),
               after = split_field(parts.after, series.width, kEvidenceOrder);
   const Spread detail = spread_of(before.detail, after.detail);
   // Where there is no detail to be gone, a smooth surface may have become brighter or darker as a whole.
-  return std::min(detail.a, detail.b) >= kLeastDetail * kLeastDetail && detail.correlation() <= kSameDetail;
+  return std::min(detail.a, detail.b) >= kMinDetail * kMinDetail && detail.correlation() <= kSameDetail;
 }
 
 UnevenLight find_uneven_light(const std::vector<ImageF>& frames, const ImageU8& mask) {

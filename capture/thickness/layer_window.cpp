@@ -20,7 +20,7 @@ constexpr double kCrackDeviations = 4.0;  ///< From where on brighter light is a
 constexpr double kDistanceRank = 0.9;
 constexpr int kSmallestGap_px = 12;  ///< Grain that neighbors share is not to be foretold from them.
 constexpr int kLargestGap_px = 32;
-constexpr std::size_t kFewestSquares = 50;
+constexpr std::size_t kMinSquares = 50;
 /// Standard error of the median of |d|, over it, times the root of their number: d is normal.
 constexpr double kErrorOfMedian = 1.17;
 
@@ -66,7 +66,7 @@ class HeldOut {
   HeldOut(const ImageF& light, const ImageU8& known, int side)
       : light_(light), known_(known), side_(side), white_(white_squares(known, side)) {}
 
-  [[nodiscard]] bool is_enough() const { return num_squares() >= kFewestSquares; }
+  [[nodiscard]] bool is_enough() const { return num_squares() >= kMinSquares; }
 
   /// Of the squares: |middle light - foretold| / foretold, the median.
   [[nodiscard]] double miss_of(const ThicknessOptions& options, const RunControl& control) const {

@@ -16,9 +16,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kMostResidual_px = 1.0;  ///< Half of it is blur that a person sees.
-constexpr double kLeastFineness = 0.5;    ///< A detail of one of the reference's pixels is lost.
-constexpr double kLeastShown = 0.5;
+constexpr double kMaxResidual_px = 1.0;  ///< Half of it is blur that a person sees.
+constexpr double kMinFineness = 0.5;     ///< A detail of one of the reference's pixels is lost.
+constexpr double kMinShown = 0.5;
 constexpr const char* kClicked = "`landmarks` (`patinate studio` lets you click them)";
 
 /// Photographs for which `value` is on the wrong side, the worst first.
@@ -93,7 +93,7 @@ std::vector<HistoryWarning> report_alignment(const IngestWork& work, const fs::p
       "left out of the history",
       "mark points in them (`patinate studio`, or a table as `landmarks`), or give their `transform`", 1.0);
   const Chosen loose = choose(
-      photos, "residual_px", [](double v) { return v > kMostResidual_px; }, true);
+      photos, "residual_px", [](double v) { return v > kMaxResidual_px; }, true);
   const bool is_by_outline = work.project.align.method == AlignMethod::Outline;
   add(WarningSubject::Motion, loose, {"fits the others only roughly", "are aligned with the others only roughly"},
       std::string(is_by_outline ? "its outline disagrees by " : "its details disagree by ") + hundredths(loose.worst) +
@@ -106,13 +106,13 @@ std::vector<HistoryWarning> report_alignment(const IngestWork& work, const fs::p
                 kClicked + "; or a coarser photograph as `align_to`",
       0.5);
   const Chosen coarse = choose(
-      photos, "pixels_per_reference_pixel", [](double v) { return v < kLeastFineness; }, false);
+      photos, "pixels_per_reference_pixel", [](double v) { return v < kMinFineness; }, false);
   add(WarningSubject::Series, coarse,
       {"is much coarser than the reference photograph", "are much coarser than the reference photograph"},
       hundredths(coarse.worst) + " of its pixels for one of the reference's, so it is soft in the history",
       "a coarser photograph as `align_to`, or a `scale` of the history", 0.3);
   const Chosen little = choose(
-      photos, "shown_share", [](double v) { return v < kLeastShown; }, false);
+      photos, "shown_share", [](double v) { return v < kMinShown; }, false);
   add(WarningSubject::Mask, little,
       {"shows less than half of the reference photograph's frame",
        "show less than half of the reference photograph's frame"},

@@ -247,8 +247,8 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
     throw InvalidInput(project.file.string() +
                        ": `lights` say how the light falls off; leave --flat-field or `lights` out");
   }
-  if (options.add_deviations && project.frames.size() < kFewestForNoise) {
-    throw InvalidInput(project.file.string() + ": --deviations: " + std::to_string(kFewestForNoise) +
+  if (options.add_deviations && project.frames.size() < kMinForNoise) {
+    throw InvalidInput(project.file.string() + ": --deviations: " + std::to_string(kMinForNoise) +
                        " photographs or more tell noise from aging; there are " +
                        std::to_string(project.frames.size()));
   }

@@ -19,8 +19,8 @@ namespace {
 constexpr std::array<std::string_view, 3> kEvidenceNames{"none", "possible", "clear"};
 constexpr double kLamp = 10.0;            ///< Fall-off that few lamps have.
 constexpr double kVariedExposure = 1.05;  ///< Nominal values are that exact.
-constexpr double kLeastChange = 0.01;     ///< Of a factor, to be named.
-constexpr std::size_t kMostChanged = 3;   ///< Photographs that are named with their factors.
+constexpr double kMinChange = 0.01;       ///< Of a factor, to be named.
+constexpr std::size_t kMaxChanged = 3;    ///< Photographs that are named with their factors.
 
 std::string ratio_text(double ratio) { return hundredths(ratio) + " : 1"; }
 
@@ -53,8 +53,8 @@ std::string deflicker_text(const DeflickerReport& report) {
   std::vector<std::string> others;
   for (std::size_t k = 0; k < report.changed.size(); ++k) {
     const ChangedPhoto& p = report.changed[k];
-    if (k >= kMostChanged) others.push_back(p.photo);
-    if (k >= kMostChanged) continue;
+    if (k >= kMaxChanged) others.push_back(p.photo);
+    if (k >= kMaxChanged) continue;
     text += (k == 0 ? "" : ", ") + p.photo + " (" + hundredths(p.factors[0]) + ", " + hundredths(p.factors[1]) + ", " +
             hundredths(p.factors[2]) + ")";
   }
@@ -263,7 +263,7 @@ std::optional<ExifExposureReport> exif_exposures(const std::vector<CapturePhoto>
 
 std::vector<std::array<double, 3>> named_factors(std::vector<std::array<double, 3>> factors) {
   for (std::array<double, 3>& f : factors) {
-    if (size_of(f) < std::log1p(kLeastChange)) f = {1.0, 1.0, 1.0};
+    if (size_of(f) < std::log1p(kMinChange)) f = {1.0, 1.0, 1.0};
   }
   return factors;
 }

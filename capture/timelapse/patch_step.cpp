@@ -23,10 +23,10 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kPatchVersion = 1;
-constexpr int kCells = 3;                  ///< A side, for what one factor does not explain.
-constexpr double kLeastPatchShown = 0.25;  ///< Of the patch.
-constexpr double kMostSaturated = 0.1;     ///< Of what is shown.
-constexpr double kMostResidual = 0.03;     ///< Relative: a just noticeable step of a gray card.
+constexpr int kCells = 3;                ///< A side, for what one factor does not explain.
+constexpr double kMinPatchShown = 0.25;  ///< Of the patch.
+constexpr double kMaxSaturated = 0.1;    ///< Of what is shown.
+constexpr double kMaxResidual = 0.03;    ///< Relative: a just noticeable step of a gray card.
 using Color = std::array<double, 3>;
 
 /// What a photograph shows of the patch.
@@ -80,7 +80,7 @@ std::optional<PatchColor> measure(const IngestWork& work, int index, const fs::p
     }
   }
   const bool is_seen =
-      num_shown > kLeastPatchShown * patch.width * patch.height && num_saturated <= kMostSaturated * num_shown;
+      num_shown > kMinPatchShown * patch.width * patch.height && num_saturated <= kMaxSaturated * num_shown;
   if (!is_seen) return std::nullopt;
   PatchColor result{.mean = all.mean()};
   if (!(*std::min_element(result.mean.begin(), result.mean.end()) > 0.0)) return std::nullopt;
@@ -228,7 +228,7 @@ std::vector<HistoryWarning> report_patch(const IngestWork& work, const fs::path&
       continue;
     }
     const double residual = photo.at("residual").get<double>();
-    if (!(residual > kMostResidual)) continue;
+    if (!(residual > kMaxResidual)) continue;
     uneven.push_back(name);
     if (residual <= worst) continue;
     worst = residual;

@@ -146,14 +146,14 @@ std::vector<FramePair> pairs_across(const IngestWork& work, const fs::path& fold
 std::vector<FramePair> find_bridges(const IngestWork& work, const fs::path& folder,
                                     const std::vector<FramePair>& neighbors, std::vector<FramePair> pairs,
                                     const LinkTest& is_linked, const RunControl& control) {
-  constexpr int kMostTried = 64;  // Of pairs: 0.2 s each; a series without any order is not worth more.
+  constexpr int kMaxTried = 64;  // Of pairs: 0.2 s each; a series without any order is not worth more.
   const RunControl quiet = control.silent();
   const int n = num_frames_of(work);
   std::vector<FramePair> bridges;
   std::vector<int> groups = group_frames(n, pairs, is_linked);
   int num_tried = 0;
   const auto ties = [&](int a, int b) {
-    if (a < 0 || b >= n || num_tried >= kMostTried) return false;
+    if (a < 0 || b >= n || num_tried >= kMaxTried) return false;
     ++num_tried;
     control.throw_if_stopped();
     bridges.push_back(compare_frames(a, prepare_frame(read_frame_roi(work, a, folder), quiet), b,

@@ -35,7 +35,7 @@ ColorClusters color_clusters(const std::vector<Vec3>& colors, std::size_t max_co
     for (std::size_t i = 0; i < n; ++i) distances.emplace_back((colors[i] - centers[of[i]]).norm(), i);
     const auto rank = distances.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(n - 1));
     std::nth_element(distances.begin(), rank, distances.end());
-    if (rank->first < 2.0 * kLeastColorSpread) break;
+    if (rank->first < 2.0 * kMinColorSpread) break;
     centers.push_back(colors[rank->second]);
     settle();
   }

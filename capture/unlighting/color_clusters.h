@@ -9,7 +9,7 @@
 
 namespace patinate::capture {
 
-inline constexpr double kLeastColorSpread = 0.012;  ///< Of colors of one class: noise alone.
+inline constexpr double kMinColorSpread = 0.012;  ///< Of colors of one class: noise alone.
 
 struct ColorClusters {
   std::vector<Vec3> centers;
@@ -17,7 +17,7 @@ struct ColorClusters {
 };
 
 /// Far from each other, one after the other, then means [Lloyd 1982], until none is farther than twice
-/// kLeastColorSpread from its own; deterministic.
+/// kMinColorSpread from its own; deterministic.
 /// @param colors  Not empty. @param max_count  >= 1.
 [[nodiscard]] ColorClusters color_clusters(const std::vector<Vec3>& colors, std::size_t max_count);
 

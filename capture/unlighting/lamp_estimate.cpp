@@ -14,7 +14,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr std::int64_t kMaxLampTexels = 8'000, kLampTexelsAChunk = 256;
-constexpr double kLeastScale = 1e-4;
+constexpr double kMinScale = 1e-4;
 
 /// Which column of the equations a strength or an ambient has; -1 = it is known.
 class Columns {
@@ -231,7 +231,7 @@ LampEstimate estimate_lamps(UnlightWork& work, const RunControl& control) {
     result.is_converged = apply(work, columns, step, mean_light) < kSmallStep;
     const double middle = median(std::move(equations.chi2));
     control.report(0.1 + 0.9 * (result.num_steps + 1) / (kMaxSteps + 1));
-    work.noise_scale = std::max({kLeastScale, work.noise_scale / kMaxShrink, work.noise_scale * std::sqrt(middle)});
+    work.noise_scale = std::max({kMinScale, work.noise_scale / kMaxShrink, work.noise_scale * std::sqrt(middle)});
   }
   control.report(1.0);
   return result;

@@ -17,13 +17,13 @@ namespace {
 
 constexpr std::size_t kMaxMaterials = 6;
 constexpr int kMaterialRounds = 12;
-constexpr double kLeastShare = 0.01;  ///< Of the texels; smaller classes go to the others.
-constexpr double kDistrust = 4.0;     ///< Chi-square counts a fourth: errors of the model are alike among samples.
-constexpr double kMostOff = 60.0;     ///< Of one texel's chi-square: more says no more.
-constexpr double kNeighbor = 1.0;     ///< Weight of a neighbor of the same color.
+constexpr double kMinShare = 0.01;  ///< Of the texels; smaller classes go to the others.
+constexpr double kDistrust = 4.0;   ///< Chi-square counts a fourth: errors of the model are alike among samples.
+constexpr double kMaxOff = 60.0;    ///< Of one texel's chi-square: more says no more.
+constexpr double kNeighbor = 1.0;   ///< Weight of a neighbor of the same color.
 constexpr std::int64_t kMaterialTexelsAChunk = 256;
 
-/// Chi-square of a texel under a material, with a penalty for albedos of its own; not more than kMostOff above the
+/// Chi-square of a texel under a material, with a penalty for albedos of its own; not more than kMaxOff above the
 /// best, which the caller sees to.
 double cost_of(const TexelEvidence& texel, const SurfaceMaterial& material, std::size_t roughness) {
   const double penalty = 3.0 * std::log(std::max(4.0, static_cast<double>(texel.num_values)));
@@ -62,7 +62,7 @@ struct Candidate {
 /// @param sums  For each roughness.
 Candidate best_of(MaterialKind kind, const std::vector<ChannelLobe>& sums, double without) {
   Candidate best{{.kind = kind}, std::numeric_limits<double>::infinity()};
-  const double least_own = kind == MaterialKind::Metal ? 0.0 : kLeastOwn;
+  const double least_own = kind == MaterialKind::Metal ? 0.0 : kMinOwn;
   std::vector<double> gains(sums.size());
   std::vector<Vec3> strengths(sums.size());
   std::size_t at = 0;
@@ -196,7 +196,7 @@ std::vector<SurfaceMaterial> materials_of(const std::vector<TexelEvidence>& texe
   });
   std::vector<SurfaceMaterial> kept;
   std::copy_if(all.begin(), all.end(), std::back_inserter(kept),
-               [](const SurfaceMaterial& m) { return m.share >= kLeastShare; });
+               [](const SurfaceMaterial& m) { return m.share >= kMinShare; });
   return kept;
 }
 
@@ -221,10 +221,10 @@ std::vector<double> shares_of_texel(const TexelEvidence& texel, const std::vecto
   const double least = *std::min_element(cost.begin(), cost.end());
   for (std::size_t k = 0; k < materials.size(); ++k) {
     const SurfaceMaterial& m = materials[k];
-    score[k] += std::log(m.share) - 0.5 * std::min(kMostOff, cost[k] - least) / kDistrust;
+    score[k] += std::log(m.share) - 0.5 * std::min(kMaxOff, cost[k] - least) / kDistrust;
     for (int c = 0; c < 3; ++c) {
-      const double spread = std::max(kLeastColorSpread, m.spread[c]), off = (texel.color[c] - m.color[c]) / spread;
-      score[k] -= 0.5 * std::min(kMostOff, off * off) + std::log(spread);
+      const double spread = std::max(kMinColorSpread, m.spread[c]), off = (texel.color[c] - m.color[c]) / spread;
+      score[k] -= 0.5 * std::min(kMaxOff, off * off) + std::log(spread);
     }
   }
   const double most = *std::max_element(score.begin(), score.end());

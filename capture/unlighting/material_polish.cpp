@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kManyTexels = 240;  ///< Of a material.
 constexpr std::size_t kFewTexels = 80;    ///< Of one that is looked at again.
 constexpr double kMember = 0.5;           ///< Share of a material from which a texel tells of it.
-constexpr double kMostOfMinerals = 0.2;   ///< Reflectance that no mineral has: diamond has 0.17.
+constexpr double kMaxOfMinerals = 0.2;    ///< Reflectance that no mineral has: diamond has 0.17.
 constexpr double kBare = 0.9;             ///< Metalness from which what is not told from metal is taken for it.
 constexpr double kPolishStep = 1e-5;      ///< Of a fit; samples are uncertain by half a percent and more.
 constexpr std::int64_t kPlacesAChunk = 16;
@@ -62,8 +62,8 @@ class Polish {
   /// What a photograph is off, in deviations; far off counts in proportion. The model's part is the same for what is
   /// foretold too bright and too dark by one factor: a share of what is seen alone would draw lobes down.
   [[nodiscard]] double off_of(const TexelSamples& texel, const TexelFit& fit, int lamp) const {
-    constexpr double kShare = 0.05, kMostNoise = 3.0;
-    const double noise = std::min(kMostNoise, work_.noise_scale);
+    constexpr double kShare = 0.05, kMaxNoise = 3.0;
+    const double noise = std::min(kMaxNoise, work_.noise_scale);
     const double cosine = std::max(0.0, fit.normal.dot(texel.direction[lamp]));
     double cost = 0.0;
     for (int c = 0; c < work_.num_channels; ++c) {
@@ -123,12 +123,12 @@ struct Judged {
 /// Downhill from a material of one kind, with steps that become smaller. A stronger and narrower lobe leaves its tails
 /// alone, so that the search goes along such pairs too.
 Judged best_near(const Polish& polish, const SurfaceMaterial& start) {
-  constexpr int kMostTurns = 3;
+  constexpr int kMaxTurns = 3;
   Judged best{start, polish.costs(start)};
   for (const double step : {1.35, 1.15, 1.06}) {
     const double narrow = std::cbrt(step);
     bool has_moved = true;
-    for (int turn = 0; turn < kMostTurns && has_moved; ++turn) {
+    for (int turn = 0; turn < kMaxTurns && has_moved; ++turn) {
       has_moved = false;
       for (const auto& [strength, roughness] :
            {std::pair{step, 1.0}, std::pair{1.0 / step, 1.0}, std::pair{1.0, narrow}, std::pair{1.0, 1.0 / narrow},
@@ -178,7 +178,7 @@ Judged simplest(const Polish& polish, const SurfaceMaterial& found) {
   const double told = deviations_worse(metal.cost, mixed.cost);
   const bool is_metal = told < -kTold || (told < kTold && metal_share(polish.albedo(mixed.material),
                                                                       mixed.material.strength.mean()) > kBare);
-  const bool is_no_mineral = best.material.strength.mean() > kMostOfMinerals;
+  const bool is_no_mineral = best.material.strength.mean() > kMaxOfMinerals;
   if (is_no_mineral || is_better(mixed, best) || is_better(metal, best)) best = is_metal ? metal : mixed;
   best.material.evidence = std::abs(told);
   Judged matt{as_kind(found, MaterialKind::Matt), {}};

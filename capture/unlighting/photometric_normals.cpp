@@ -22,13 +22,13 @@ struct Triple {
 /// Triples far enough from a plane.
 std::vector<Triple> triples_of(const std::vector<Light>& lights) {
   constexpr int kMaxLamps = 12, kMaxTriples = 220;
-  constexpr double kLeastVolume = 1e-3;
+  constexpr double kMinVolume = 1e-3;
   const int n = static_cast<int>(lights.size());
   std::vector<Triple> triples;
   const auto add = [&](int a, int b, int c) {
     Eigen::Matrix3d rows;
     rows << lights[a].direction.transpose(), lights[b].direction.transpose(), lights[c].direction.transpose();
-    if (std::abs(rows.determinant()) > kLeastVolume) triples.push_back({{a, b, c}, rows.inverse()});
+    if (std::abs(rows.determinant()) > kMinVolume) triples.push_back({{a, b, c}, rows.inverse()});
   };
   if (n <= kMaxLamps) {
     for (int a = 0; a < n; ++a) {

@@ -61,7 +61,7 @@ BestLobe best_lobe(std::span<const float> sums, double num_tiles) {
   for (std::size_t r = 0; r < kLobeRoughness.size(); ++r) {
     const auto ll = static_cast<double>(sums[kSums * r]), lv = static_cast<double>(sums[kSums * r + 1]),
                whole = static_cast<double>(sums[kSums * r + 2]);
-    strength[r] = ll > kLeastOwn * whole && ll > 0.0 ? std::clamp(lv / ll, 0.0, 1.0) : 0.0;
+    strength[r] = ll > kMinOwn * whole && ll > 0.0 ? std::clamp(lv / ll, 0.0, 1.0) : 0.0;
     gain[r] = strength[r] * std::max(0.0, lv);
     if (gain[r] > gain[best]) best = r;
   }

@@ -9,15 +9,15 @@
 namespace patinate::capture {
 
 namespace {
-constexpr double kLeastRoughness = 0.05;  ///< Of the lobe that is rendered.
+constexpr double kMinRoughness = 0.05;  ///< Of the lobe that is rendered.
 }
 
 double specular_lobe(const SpecularForm& form, const Vec3& normal, const Vec3& to_light, const Vec3& to_camera,
                      double roughness) {
-  constexpr double kLeastCosine = 0.05;  // Of the camera: outlines would else be infinitely bright.
+  constexpr double kMinCosine = 0.05;  // Of the camera: outlines would else be infinitely bright.
   const double light = normal.dot(to_light), eye = normal.dot(to_camera);
   if (!(light > 0.0)) return 0.0;
-  if (form.is_rendered) return lobe_turn(normal, to_camera, to_light, std::max(kLeastRoughness, roughness)).shape;
+  if (form.is_rendered) return lobe_turn(normal, to_camera, to_light, std::max(kMinRoughness, roughness)).shape;
   double half2 = 0.0;  // Squared cosine of the facet's angle.
   if (form.is_about_mirror) {
     half2 = 0.5 * (1.0 + 2.0 * light * eye - to_light.dot(to_camera));
@@ -32,16 +32,16 @@ double specular_lobe(const SpecularForm& form, const Vec3& normal, const Vec3& t
                                               : std::pow(1.0 + tangent2 / ((form.tail - 1.0) * alpha2), -form.tail);
   double facing = light;
   if (form.slant == 0.0)
-    facing = 1.0 / std::max(kLeastCosine, eye);
+    facing = 1.0 / std::max(kMinCosine, eye);
   else if (form.slant != 1.0)
-    facing = std::pow(light, form.slant) * std::pow(std::max(kLeastCosine, eye), form.slant - 1.0);
+    facing = std::pow(light, form.slant) * std::pow(std::max(kMinCosine, eye), form.slant - 1.0);
   return facing * spread / (4.0 * std::numbers::pi * alpha2 * half2 * half2);
 }
 
 SpecularTurn specular_turn(const SpecularForm& form, const Vec3& normal, const std::array<Vec3, 2>& across,
                            const Vec3& to_light, const Vec3& to_camera, double roughness) {
   if (!form.is_rendered) return specular_turn_by_differences(form, normal, across, to_light, to_camera, roughness);
-  const LobeTurn turn = lobe_turn(normal, to_camera, to_light, std::max(kLeastRoughness, roughness));
+  const LobeTurn turn = lobe_turn(normal, to_camera, to_light, std::max(kMinRoughness, roughness));
   return {turn.shape, {turn.by_normal.dot(across[0]), turn.by_normal.dot(across[1])}};
 }
 

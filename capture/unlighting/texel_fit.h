@@ -64,10 +64,10 @@ struct TexelFitOptions {
   double small_step = 1e-9;  ///< Turn of the normal plus share of the albedo below which a fit has settled; > 0.
 
   /// How far off a sample may be before it is rejected, in standard deviations of the noise that was found. The noise
-  /// is never taken for less than kLeastNoise of what `variance` expects: photographs without noise would else be
+  /// is never taken for less than kMinNoise of what `variance` expects: photographs without noise would else be
   /// rejected wherever the model is a hair off.
-  [[nodiscard]] double rejection_width() const { return rejection_sigma * std::max(1.0, kLeastNoise / noise_scale); }
-  static constexpr double kLeastNoise =
+  [[nodiscard]] double rejection_width() const { return rejection_sigma * std::max(1.0, kMinNoise / noise_scale); }
+  static constexpr double kMinNoise =
       0.3;  ///< Rounding to 8-bit sRGB alone is twice that (of the default floor and share).
 };
 

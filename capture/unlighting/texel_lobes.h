@@ -20,7 +20,7 @@ inline constexpr std::array<double, 12> kLobeRoughness{0.15, 0.2,  0.25, 0.3,  0
 inline constexpr int kNumLobeRoughness = static_cast<int>(kLobeRoughness.size());
 /// Of a lobe's square that albedo and normal must leave: one that diffuse light with another normal explains all but
 /// this of, under these lamps, tells nothing.
-inline constexpr double kLeastOwn = 0.05;
+inline constexpr double kMinOwn = 0.05;
 inline constexpr double kSignificantGain = 30.0;  ///< Of chi-square; 5.5 standard deviations.
 
 /// Of one texel: for each roughness, the lobe's square and its product with the samples, diffuse light eliminated.

@@ -32,11 +32,11 @@ void note_tiles(AtlasMesh& atlas, const std::string& remark) {
     if (!remark.empty()) atlas.notes.push_back(remark);
     return;
   }
-  constexpr std::size_t kMostListed = 8;
+  constexpr std::size_t kMaxListed = 8;
   std::string list;
-  for (std::size_t i = 0; i < std::min(kMostListed, atlas.tiles.size()); ++i)
+  for (std::size_t i = 0; i < std::min(kMaxListed, atlas.tiles.size()); ++i)
     list += (i == 0 ? "" : ", ") + atlas.tiles[i].name;
-  if (atlas.tiles.size() > kMostListed) list += ", ...";
+  if (atlas.tiles.size() > kMaxListed) list += ", ...";
   atlas.notes.push_back("the atlas has " + rule_text(atlas.rule, atlas.tiles.size()) + " (" + list + ")" +
                         (remark.empty() ? "" : ": " + remark) +
                         (atlas.rule == UvLayoutRule::Udim ? "" : "; --node or --material chooses some of them"));

@@ -114,9 +114,9 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
     band_ = TexelSet(
         map.num_texels(), [&](TexelId t) { return map.is_covered(t) && away[t] <= reach[map.triangle(t)]; }, control);
   }
-  if (size() > kMostNeighbors)
+  if (size() > kMaxNeighbors)
     throw InvalidInput("neighborhood: " + std::to_string(size()) + " neighbors; at most " +
-                       std::to_string(kMostNeighbors));
+                       std::to_string(kMaxNeighbors));
   const std::vector<bool> follows_grid = follow_their_grid(reach);
   chunks_.resize((band_.size() + kChunk - 1) / kChunk);
   parallel_for(static_cast<std::int64_t>(chunks_.size()), 1, control,

@@ -103,10 +103,10 @@ class TexelNeighborhood {
     std::int16_t x = 0, y = 0;
     static constexpr std::uint32_t kNone = 0xFFFFFFFF;
   };
-  static constexpr std::size_t kMostNeighbors = 128;
+  static constexpr std::size_t kMaxNeighbors = 128;
   /// Which neighbors of a texel are stored, and where its first one is.
   struct Row {
-    std::array<std::uint64_t, kMostNeighbors / 64> is_stored{};
+    std::array<std::uint64_t, kMaxNeighbors / 64> is_stored{};
     std::uint32_t begin = 0;
   };
   /// Rows whose neighbors were found together.

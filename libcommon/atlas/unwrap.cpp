@@ -19,7 +19,7 @@ namespace patinate {
 namespace {
 
 constexpr double kConeShare = 0.95;
-constexpr double kLeastShare = 0.15;  ///< Of the smaller chart's border that must be shared: no chains of charts.
+constexpr double kMinShare = 0.15;  ///< Of the smaller chart's border that must be shared: no chains of charts.
 constexpr int kMaxCandidates = 3;
 constexpr std::int64_t kMaxWork = 6;  ///< Triangles flattened in attempts, over triangles of the mesh.
 
@@ -79,7 +79,7 @@ class Merger {
     }
     std::vector<std::pair<double, int>> sorted;
     for (const auto& [other, length] : shared) {
-      if (length >= kLeastShare * border) sorted.emplace_back(length, other);
+      if (length >= kMinShare * border) sorted.emplace_back(length, other);
     }
     std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
     if (sorted.size() > kMaxCandidates) sorted.resize(kMaxCandidates);

@@ -38,9 +38,9 @@ bool fit_square(const UvBox& box, double slack, AtlasTile& tile) {
   const auto leans_by = [&](const Vec2& shift) {
     return std::max((shift - box.low).maxCoeff(), (box.high - shift - Vec2::Ones()).maxCoeff());
   };
-  const Vec2 shift = leans_by(Vec2::Zero()) <= kMostLean ? Vec2(Vec2::Zero()) : whole;
+  const Vec2 shift = leans_by(Vec2::Zero()) <= kMaxLean ? Vec2(Vec2::Zero()) : whole;
   const double lean = leans_by(shift);
-  if (!(lean <= kMostLean)) return false;
+  if (!(lean <= kMaxLean)) return false;
   tile.shift = shift;
   if (lean > slack) {
     const Vec2 low = box.low.cwiseMin(shift), high = box.high.cwiseMax(Vec2(shift + Vec2::Ones()));
@@ -178,7 +178,7 @@ bool fit_any_groups(const Mesh& mesh, UvLayout& layout) {
     for (std::size_t i = 0; i < boxes.size() && fits; ++i) fits = fit_square(boxes[i], 0.0, out.tiles[i]);
     if (!fits) continue;
     out.overlap_share = overlap_share(mesh, out.triangle_tile, out.tiles);
-    if (out.overlap_share > kMostOverlap) continue;
+    if (out.overlap_share > kMaxOverlap) continue;
     layout = std::move(out);
     return true;
   }
@@ -224,13 +224,13 @@ UvLayout find_uv_layout(const Mesh& mesh) {
   }
   layout.overlap_share = overlap_share(mesh, layout.triangle_tile, layout.tiles);
   const double shared = layout.overlap_share;
-  if (shared > kMostOverlap && layout.rule == UvLayoutRule::Square && fit_any_groups(mesh, layout)) {
+  if (shared > kMaxOverlap && layout.rule == UvLayoutRule::Square && fit_any_groups(mesh, layout)) {
     layout.remark = "together they overlap in " + percent_text(shared, 2) + " of the texels";
   }
   remark_on_fit(layout);
-  if (layout.flat_share > kMostFlat) {
+  if (layout.flat_share > kMaxFlat) {
     layout.problem = percent_text(layout.flat_share, 2) + " of its surface has no area in UV";
-  } else if (layout.overlap_share > kMostOverlap) {
+  } else if (layout.overlap_share > kMaxOverlap) {
     layout.problem = percent_text(layout.overlap_share, 2) + " of its texels belong to more than one place";
   }
   return layout;

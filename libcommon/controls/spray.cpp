@@ -36,7 +36,7 @@ void check_path(const std::vector<SprayStop>& path) {
 
 constexpr double kStrokeStep = 0.1;  ///< Between stops of a stroke, in distances to the aim.
 constexpr double kFarAway = 20.0;    ///< In diagonals.
-constexpr double kMostOfAWay = 500.0;
+constexpr double kMaxOfAWay = 500.0;
 
 /// Says when the nozzle is so far away that a unit must be wrong.
 void note_far(ControlMap& out, const std::vector<SprayStop>& path, const Box& box) {
@@ -94,7 +94,7 @@ std::vector<SprayStop> stroke_stops(const std::vector<SprayStroke>& strokes, con
       const SprayStop &a = stroke.points[i], &b = stroke.points[i + 1];
       const double near = std::min((a.aim_mm - a.position_mm).norm(), (b.aim_mm - b.position_mm).norm());
       const double way = std::max((b.position_mm - a.position_mm).norm(), (b.aim_mm - a.aim_mm).norm());
-      const int num = static_cast<int>(std::clamp(std::ceil(way / (kStrokeStep * near)), 1.0, kMostOfAWay));
+      const int num = static_cast<int>(std::clamp(std::ceil(way / (kStrokeStep * near)), 1.0, kMaxOfAWay));
       const double spread_a = a.spread_deg.value_or(options.spread_deg),
                    spread_b = b.spread_deg.value_or(options.spread_deg);
       for (int k = 0; k < num; ++k) {

@@ -16,10 +16,10 @@ namespace {
 constexpr std::uint32_t kPith = 51, kYear = 52, kKnot = 53;
 
 constexpr double kFarthestPith = 2.2;    ///< In half widths of a board, along both sides of a square.
-constexpr double kMostTilt = 0.0175;     ///< Tangent of 1 degree.
+constexpr double kMaxTilt = 0.0175;      ///< Tangent of 1 degree.
 constexpr double kRise = 0.25;           ///< Share of a ring that is its light wood.
 constexpr double kFall = 0.08;           ///< Share of a ring over which it falls to the next.
-constexpr double kLeastLate = 0.5;       ///< Of the darkest ring's late wood the palest has so much.
+constexpr double kMinLate = 0.5;         ///< Of the darkest ring's late wood the palest has so much.
 constexpr double kFiberShare = 0.2;      ///< Of the pattern.
 constexpr double kKnotDark = 0.35;       ///< By which the middle of a knot is darker.
 constexpr double kTipSpeed = 3.0;        ///< Of a branch, over the speed at which the trunk gets thicker.
@@ -49,7 +49,7 @@ TreePlace place_in_tree(const Vec3& position, const Board& board, const WoodGrai
   RandomStream random(static_cast<std::uint64_t>(options.seed), static_cast<std::uint64_t>(board.number), kPith);
   const auto symmetric = [&](double most) { return (2.0 * random.uniform() - 1.0) * most; };
   const Vec2 pith(symmetric(kFarthestPith * board.half_width_mm), symmetric(kFarthestPith * board.half_width_mm));
-  const Vec2 tilt(symmetric(kMostTilt), symmetric(kMostTilt));
+  const Vec2 tilt(symmetric(kMaxTilt), symmetric(kMaxTilt));
   const Vec3& axis = board.along;
   const Vec3 other = std::abs(axis.x()) < 0.6 ? Vec3::UnitX() : Vec3::UnitY();
   const Vec3 side = axis.cross(other).normalized(), third = axis.cross(side);
@@ -101,10 +101,10 @@ double ring_value(double years, const Board& board, const WoodGrainOptions& opti
       static_cast<std::uint64_t>(options.seed),
       static_cast<std::uint64_t>(board.number) * 0x10001u + static_cast<std::uint64_t>(static_cast<std::int64_t>(year)),
       kYear);
-  const double late = kLeastLate + (1.0 - kLeastLate) * random.uniform();
+  const double late = kMinLate + (1.0 - kMinLate) * random.uniform();
   const double fall = std::clamp(0.5 * least_mm / options.ring_mm, kFall, 0.5);
   const double value = late * std::min(step(kRise, 1.0 - fall, share), (1.0 - share) / fall);
-  const double mean = 0.5 * (1.0 + kLeastLate) * (0.5 * (1.0 - fall - kRise) + 0.5 * fall);
+  const double mean = 0.5 * (1.0 + kMinLate) * (0.5 * (1.0 - fall - kRise) + 0.5 * fall);
   const double seen = least_mm > 0.0 ? std::clamp(options.ring_mm / least_mm - 1.0, 0.0, 1.0) : 1.0;
   return mean + seen * (value - mean);
 }

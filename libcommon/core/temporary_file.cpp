@@ -44,10 +44,10 @@ bool flush_to_disk(const fs::path& path) {
 
 constexpr std::string_view kTemporary = ".tmp";  // Followed by who writes.
 constexpr std::chrono::hours kLongUnwritten{7 * 24};
-constexpr std::size_t kMostOfStem = 180;  // The name of a file has at most 255 bytes.
+constexpr std::size_t kMaxOfStem = 180;  // The name of a file has at most 255 bytes.
 
 std::string temporary_stem(const fs::path& path) {
-  return "." + path.stem().string().substr(0, kMostOfStem) + std::string(kTemporary);
+  return "." + path.stem().string().substr(0, kMaxOfStem) + std::string(kTemporary);
 }
 
 /// Who writes a temporary file: MACHINE-PID-PROCESS-NUMBER. Process ids mean something on one machine only.

@@ -161,12 +161,12 @@ void Device::read_bytes(const Memory& memory, void* values, std::size_t size) co
 }
 
 void Device::write_bytes_soon(const Memory& memory, std::span<const std::byte> values) const {
-  constexpr std::size_t kMostWrites = 1024;
+  constexpr std::size_t kMaxWrites = 1024;
   if (values.size() > memory.size_bytes_) throw InvalidInput("a device's buffer is shorter than what is written to it");
   if (values.empty()) return;
   const DeviceState& s = *state_;
   const std::lock_guard lock(s.mutex);
-  if (s.writes.size() >= kMostWrites) s.finish();
+  if (s.writes.size() >= kMaxWrites) s.finish();
   const std::vector<std::byte>& kept = s.writes.emplace_back(values.begin(), values.end());
   s.times.copied_bytes += kept.size();
   ++s.times.num_copies;
@@ -207,10 +207,10 @@ void DeviceState::finish() const {
 }
 
 void DeviceState::launch(cl_kernel kernel, const std::string& name, const Items& items) const {
-  constexpr std::size_t kMostLaunches = 4096;  // Whose events are kept.
+  constexpr std::size_t kMaxLaunches = 4096;  // Whose events are kept.
   if (items.num == 0) return;
   const std::lock_guard lock(mutex);
-  if (launches.size() >= kMostLaunches) finish();
+  if (launches.size() >= kMaxLaunches) finish();
   const std::size_t first = items.first, num = items.num, group = items.group;
   cl_event event = nullptr;
   check(cl.clEnqueueNDRangeKernel(queue, kernel, 1, &first, &num, group == 0 ? nullptr : &group, 0, nullptr, &event),

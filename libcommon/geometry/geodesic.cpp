@@ -15,7 +15,7 @@ namespace patinate {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr double kMostStretch =
+constexpr double kMaxStretch =
     1.5;  ///< Two sources farther apart than this times the edge before them are not one line.
 
 Vec3 unit_normal(const Mesh& mesh, int triangle) {
@@ -104,7 +104,7 @@ GeodesicDistance::Arrival GeodesicDistance::arrive(int triangle, int target, int
   straight(source_a, at_a.before);
   if (is_other_known && std::abs(at_a.before - at_b.before) <= 1e-9 * at_a.distance) {
     const Vec3 source_b = source_in(other, normal);
-    if ((source_a - source_b).norm() <= kMostStretch * (a - b).norm()) {
+    if ((source_a - source_b).norm() <= kMaxStretch * (a - b).norm()) {
       straight(nearest_on_segment(source_a, source_b, p), at_a.before);
     }
   }
@@ -153,7 +153,7 @@ double GeodesicDistance::at(int triangle, const Vec3& p) const {
     best = std::min({best, at_a.before + (source_a - p).norm(), at_b.before + (source_b - p).norm()});
     const double edge = (mesh_.positions[a] - mesh_.positions[b]).norm();
     if (std::abs(at_a.before - at_b.before) <= 1e-9 * at_a.distance &&
-        (source_a - source_b).norm() <= kMostStretch * edge) {
+        (source_a - source_b).norm() <= kMaxStretch * edge) {
       best = std::min(best, at_a.before + (nearest_on_segment(source_a, source_b, p) - p).norm());
     }
   }

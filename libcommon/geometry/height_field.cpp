@@ -17,7 +17,7 @@ namespace {
 constexpr int kMaxGridSide = 4096;
 constexpr double kCut = 3.0;  ///< Of the Gaussian, in standard deviations.
 constexpr std::int64_t kRowChunk = 8;
-constexpr double kLeastPivot = 1e-7;  ///< Of the fit's equations: below, the surroundings do not tell six coefficients.
+constexpr double kMinPivot = 1e-7;  ///< Of the fit's equations: below, the surroundings do not tell six coefficients.
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
@@ -77,7 +77,7 @@ double curvature_of(const std::array<std::array<double, 5>, 5>& ones,
     b(static_cast<Eigen::Index>(r)) = heights[kPowers[r][0]][kPowers[r][1]] / weight;
   }
   const Eigen::LDLT<Matrix6> solver(a);
-  if (!(solver.vectorD().minCoeff() > kLeastPivot)) return 0.0;
+  if (!(solver.vectorD().minCoeff() > kMinPivot)) return 0.0;
   const Vec6 fit = solver.solve(b);
   const double hx = fit(1) / sigma_mm, hy = fit(2) / sigma_mm;
   const double hxx = 2.0 * fit(3) / (sigma_mm * sigma_mm), hxy = fit(4) / (sigma_mm * sigma_mm),

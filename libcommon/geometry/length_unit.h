@@ -15,7 +15,7 @@ inline constexpr std::array<double, 4> kMmPerLengthUnit{0.001, 1.0, 10.0, 1000.0
 
 /// Lengths that one pixel of a surface may have: from less than an atom to a country. Beyond, sizes in pixels and their
 /// squares are no numbers.
-inline constexpr double kLeastTexel_mm = 1e-9, kLargestTexel_mm = 1e9;
+inline constexpr double kMinTexel_mm = 1e-9, kLargestTexel_mm = 1e9;
 
 /// Nothing for a name that is none of kLengthUnitNames.
 [[nodiscard]] constexpr std::optional<double> find_mm_per_unit(std::string_view name) {

@@ -44,12 +44,12 @@ void restore_known(const std::string& name, const ImageU8& known, ImageF& values
 ImageF mean_over_footprint(ImageF values, const ImageU8& mask, double footprint_px) {
   if (!(footprint_px >= 0.0 && footprint_px <= kLargestFootprint_px))
     throw InvalidInput("footprint: use 0 to 256 pixels");
-  if (footprint_px <= kLeastFootprint_px) return values;
+  if (footprint_px <= kMinFootprint_px) return values;
   return gaussian_blur(values, mask, std::sqrt((footprint_px * footprint_px - 1.0) / 12.0));
 }
 
 ImageF mean_extra_over_footprint(const std::string& name, ImageF values, double footprint_px) {
-  if (footprint_px <= kLeastFootprint_px) return values;
+  if (footprint_px <= kMinFootprint_px) return values;
   if (name == "metalness") return mean_over_footprint(std::move(values), {}, footprint_px);  // 0 is no metal.
   const ImageU8 is_known = known_pixels(values);
   values = mean_over_footprint(std::move(values), is_known, footprint_px);

@@ -63,7 +63,7 @@ Image<T> fitting(Image<T> image, const fs::path& file, const HistoryManifest& ma
 
 void check_texel_size(const HistoryManifest& manifest) {
   if (manifest.texel_size_mm &&
-      !(*manifest.texel_size_mm >= kLeastTexel_mm && *manifest.texel_size_mm <= kLargestTexel_mm)) {
+      !(*manifest.texel_size_mm >= kMinTexel_mm && *manifest.texel_size_mm <= kLargestTexel_mm)) {
     throw InvalidInput("history " + manifest.name + ": texel_size_mm must be within 1e-9 and 1e9");
   }
 }
@@ -96,7 +96,7 @@ HistoryReader::HistoryReader(const fs::path& path, double footprint_px) : footpr
 ImageF HistoryReader::load_frame(std::size_t frame) const {
   const fs::path file = folder_ / manifest_.frames[frame].file;
   ImageF color = fitting(read_color(file), file, manifest_);
-  if (footprint_px_ <= kLeastFootprint_px) return color;
+  if (footprint_px_ <= kMinFootprint_px) return color;
   return mean_over_footprint(std::move(color), manifest_.mask ? load_mask() : ImageU8(), footprint_px_);
 }
 

@@ -128,7 +128,7 @@ void describe(DocumentVisitor& v, HistoryManifest& m) {
   v.member({"height", "Pixels of every image.", between(1, kMaxHistorySide_px)}, m.height);
   v.member({.name = "texel_size_mm",
             .help = "Surface length that a pixel shows, mm; null when unknown.",
-            .range = between(kLeastTexel_mm, kLargestTexel_mm),
+            .range = between(kMinTexel_mm, kLargestTexel_mm),
             .presence = Presence::Optional,
             .is_nullable = true},
            m.texel_size_mm);

@@ -17,7 +17,7 @@ std::optional<TimeProblem> find_time_problem(std::span<const double> times) {
                                 ", the one before; times must be strictly increasing"};
     }
   }
-  const double span = times.empty() ? 0.0 : times.back() - times.front(), least = kLeastTimeStep * std::max(1.0, span);
+  const double span = times.empty() ? 0.0 : times.back() - times.front(), least = kMinTimeStep * std::max(1.0, span);
   for (std::size_t i = 1; i < times.size(); ++i) {
     if (times[i] - times[i - 1] >= least) continue;
     return TimeProblem{i, "has time " + number_text(times[i]) + ", nearly that of the one before (" +

@@ -10,7 +10,7 @@ namespace patinate {
 namespace {
 
 /// A mean of normals is shorter than they are; none is longer than 1 but for rounding.
-constexpr float kLeastNormal = 0.5f, kLargestNormal = 1.05f;
+constexpr float kMinNormal = 0.5f, kLargestNormal = 1.05f;
 
 std::string holds(float value, const std::string& rule) {
   return "holds " + number_text(static_cast<double>(value)) + "; " + rule;
@@ -23,7 +23,7 @@ std::optional<std::string> find_normal_problem(const ImageF& values) {
     const float length = std::sqrt(all[i] * all[i] + all[i + 1] * all[i + 1] + all[i + 2] * all[i + 2]);
     if (length == 0.0f) continue;
     is_any_known = true;
-    if (!(length >= kLeastNormal && length <= kLargestNormal))
+    if (!(length >= kMinNormal && length <= kLargestNormal))
       return "holds a normal of length " + short_number_text(static_cast<double>(length)) +
              "; normals have length 1, or 0 where none is known";
   }

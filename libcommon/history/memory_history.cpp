@@ -132,7 +132,7 @@ void check_images(const Checker& check, const MemoryHistoryImages& images) {
     check.fail("", "a size of " + size_text(check.width(), check.height()) + " is out of range; use 1 to " +
                        std::to_string(kMaxHistorySide_px));
   }
-  if (images.texel_size_mm && !(*images.texel_size_mm >= kLeastTexel_mm && *images.texel_size_mm <= kLargestTexel_mm))
+  if (images.texel_size_mm && !(*images.texel_size_mm >= kMinTexel_mm && *images.texel_size_mm <= kLargestTexel_mm))
     check.fail("", "texel_size_mm must be within 1e-9 and 1e9");
   check_frames(check, images.frames);
   check_controls(check, images.controls);

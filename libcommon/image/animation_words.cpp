@@ -5,7 +5,7 @@ namespace patinate {
 
 namespace {
 
-constexpr std::size_t kMostPictures = 100'000;
+constexpr std::size_t kMaxPictures = 100'000;
 
 /// When pictures begin that are shown one after the other. Empty where one is shown for no time, which viewers take for
 /// a rate of their own.
@@ -38,7 +38,7 @@ void read_gif_words(const FileBytes& file, FileWords& words) {
   std::vector<double> durations_s;
   double duration_s = 0.0;
   std::uint64_t at = kScreen + kScreenSize + table_size(little.number(kScreen + 4, 1));
-  while (durations_s.size() < kMostPictures) {
+  while (durations_s.size() < kMaxPictures) {
     const std::uint64_t kind = little.number(at, 1);
     if (kind == kExtension) {
       if (little.number(at + 1, 1) == kControl) duration_s = kHundredth * static_cast<double>(little.number(at + 4, 2));
@@ -58,7 +58,7 @@ void read_webp_animation(const FileBytes& little, FileWords& words) {
   constexpr std::uint64_t kHead = 8, kFirst = 12, kDuration = 12;
   constexpr double kThousandth = 1e-3;
   std::vector<double> durations_s;
-  for (std::uint64_t at = kFirst; little.holds(at, kHead) && durations_s.size() < kMostPictures;) {
+  for (std::uint64_t at = kFirst; little.holds(at, kHead) && durations_s.size() < kMaxPictures;) {
     const std::uint64_t size = little.number(at + 4, 4);
     if (little.text(at, 4) == "ANMF")
       durations_s.push_back(kThousandth * static_cast<double>(little.number(at + kHead + kDuration, 3)));

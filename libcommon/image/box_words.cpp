@@ -11,7 +11,7 @@ namespace patinate {
 
 namespace {
 
-constexpr int kMostBoxes = 100'000;
+constexpr int kMaxBoxes = 100'000;
 
 /// A box of JPEG 2000 and HEIF.
 struct Box {
@@ -21,7 +21,7 @@ struct Box {
 
 std::vector<Box> boxes_in(const FileBytes& file, std::uint64_t begin, std::uint64_t end) {
   std::vector<Box> boxes;
-  while (boxes.size() < kMostBoxes && begin + 8 <= end && file.holds(begin, 8)) {
+  while (boxes.size() < kMaxBoxes && begin + 8 <= end && file.holds(begin, 8)) {
     std::uint64_t size = file.number(begin, 4), head = 8;
     if (size == 1) size = file.number(begin + 8, 8), head = 16;
     if (size == 0) size = end - begin;
@@ -55,7 +55,7 @@ std::vector<std::uint64_t> picture_properties(const FileBytes& file) {
   const std::uint64_t picture = file.number(primary->begin + 4, primary_width);
   const unsigned id_width = file.number(associations->begin, 1) == 0 ? 2 : 4;
   const bool is_wide = (file.number(associations->begin + 3, 1) & 1) != 0;
-  const std::uint64_t count = std::min<std::uint64_t>(file.number(associations->begin + 4, 4), kMostBoxes);
+  const std::uint64_t count = std::min<std::uint64_t>(file.number(associations->begin + 4, 4), kMaxBoxes);
   std::uint64_t at = associations->begin + 8;
   for (std::uint64_t i = 0; i < count && at < associations->end; ++i) {
     const std::uint64_t id = file.number(at, id_width), number = file.number(at + id_width, 1);
@@ -87,7 +87,7 @@ FileBytes exif_of_heif(const FileBytes& file) {
   const auto number = [&](std::uint64_t at, unsigned size) {
     return size == 0 ? 0 : file.number(at, std::min(size, 8U));
   };
-  const std::uint64_t count = std::min<std::uint64_t>(file.number(places->begin + 6, id_size), kMostBoxes);
+  const std::uint64_t count = std::min<std::uint64_t>(file.number(places->begin + 6, id_size), kMaxBoxes);
   std::uint64_t at = places->begin + 6 + id_size;
   for (std::uint64_t i = 0; i < count && at < places->end; ++i) {
     const std::uint64_t id = file.number(at, id_size);

@@ -88,12 +88,12 @@ void check_cut_out(const DecodedImage& image, const ImageU8& opaque) {
 
 /// Up to 16 different values, 0 among them.
 bool are_dim_labels(const ImageF& image, const ColorCodes& colors) {
-  constexpr std::size_t kMostLabels = 16;
+  constexpr std::size_t kMaxLabels = 16;
   std::set<float> values;
-  for (int y = 0; y < image.height() && values.size() <= kMostLabels; ++y) {
-    for (int x = 0; x < image.width() && values.size() <= kMostLabels; ++x) values.insert(colors.value(x, y));
+  for (int y = 0; y < image.height() && values.size() <= kMaxLabels; ++y) {
+    for (int x = 0; x < image.width() && values.size() <= kMaxLabels; ++x) values.insert(colors.value(x, y));
   }
-  return values.size() <= kMostLabels && values.contains(0.0f);
+  return values.size() <= kMaxLabels && values.contains(0.0f);
 }
 
 ImageU8 gray_mask(const DecodedImage& image, const ColorCodes& colors) {
@@ -121,9 +121,9 @@ ImageU8 gray_mask(const DecodedImage& image, const ColorCodes& colors) {
   const bool is_between = std::any_of(
       flat.begin(), flat.end(), [&](int code) { return code != flat.front() && code < 128 && flat.back() >= 128; });
   const bool is_two = flat.size() == 2 && flat.front() < 128 && flat.back() >= 128;
-  constexpr double kMostBetween = 0.4;
+  constexpr double kMaxBetween = 0.4;
   const bool is_picture =
-      !is_two && flat.size() > 1 && static_cast<double>(num_between) > kMostBetween * static_cast<double>(num_pixels);
+      !is_two && flat.size() > 1 && static_cast<double>(num_between) > kMaxBetween * static_cast<double>(num_pixels);
   if (is_picture || is_between) {
     std::string levels;
     for (int code : flat) levels += (levels.empty() ? "" : ", ") + std::to_string(code);
@@ -151,9 +151,9 @@ ImageU8 label_mask(const DecodedImage& image, const ColorCodes& colors) {
     if (i > 0) dimmest = std::min(dimmest, brightest);
     num_labels += i > 0;
   }
-  constexpr double kLeastFlat = 0.95;
-  constexpr int kMostLabels = 32;
-  if (static_cast<double>(num_flat) < kLeastFlat * static_cast<double>(num_pixels) || num_labels > kMostLabels)
+  constexpr double kMinFlat = 0.95;
+  constexpr int kMaxLabels = 32;
+  if (static_cast<double>(num_flat) < kMinFlat * static_cast<double>(num_pixels) || num_labels > kMaxLabels)
     throw InvalidInput(std::string("is a picture in color without transparency, and no mask") + kWhatAMaskIs);
   if (!is_flat(counts[0], num_pixels)) {
     throw InvalidInput("has " + std::to_string(num_labels) +

@@ -47,11 +47,11 @@ class TiffBytes {
   [[nodiscard]] Directory first() const { return directory(first_); }
   /// Of all pages.
   [[nodiscard]] std::vector<Directory> pages() const {
-    constexpr std::size_t kMostPages = 4096;
+    constexpr std::size_t kMaxPages = 4096;
     std::vector<Directory> pages;
     std::set<std::uint64_t> known;  // A chain may be closed to a ring.
     const unsigned word = is_big_ ? 8 : 4, head = is_big_ ? 8 : 2, size = is_big_ ? 20 : 12;
-    for (std::uint64_t at = first_; at != 0 && known.insert(at).second && pages.size() < kMostPages;) {
+    for (std::uint64_t at = first_; at != 0 && known.insert(at).second && pages.size() < kMaxPages;) {
       pages.push_back(directory(at));
       at = bytes_.number(at + head + size * std::min<std::uint64_t>(bytes_.number(at, head), 4096), word);
     }

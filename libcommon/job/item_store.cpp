@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kMarker = ".job/item";
-constexpr std::uint64_t kMostOfMarker = 1 << 26;
+constexpr std::uint64_t kMaxOfMarker = 1 << 26;
 
 /// "a/b/" and "a/b" are the same folder.
 fs::path items_path(const fs::path& output) {
@@ -52,7 +52,7 @@ bool ItemStore::has(const JobItem& item) const { return names_.contains(name_of(
 DoneItem ItemStore::read(const JobItem& item) const {
   const fs::path place = path_ / name_of(item);
   try {
-    DoneItem done = parse_marker(read_file(place / kMarker, kMostOfMarker));
+    DoneItem done = parse_marker(read_file(place / kMarker, kMaxOfMarker));
     if (done.key == item_key(plan_, item)) return done;
   } catch (const IoError&) {
     // Told below, as what is missing.

@@ -57,12 +57,12 @@ std::map<std::string, std::string> known_keys(const JobRecord& record) {
 
 /// A small file of an item that the join has written anew, such as a report, is the join's.
 void forget_rewritten(const fs::path& folder, JobRecord& record) {
-  constexpr std::uintmax_t kMostBytes = 1 << 20;
+  constexpr std::uintmax_t kMaxBytes = 1 << 20;
   for (auto& [name, item] : record.items) {
     std::erase_if(item.files, [&](const auto& file) {
       std::error_code error;
       const fs::path path = folder / file.first;
-      return fs::file_size(path, error) <= kMostBytes && !error && hash_file(path) != file.second;
+      return fs::file_size(path, error) <= kMaxBytes && !error && hash_file(path) != file.second;
     });
   }
 }

@@ -37,15 +37,15 @@ std::string line_of(const JobChange& change) {
 
 /// "3 frames: a, b, c", at most a handful of names.
 std::string item_line(const JobReport& report, ItemNeed need, const std::string& label) {
-  constexpr std::size_t kMostNames = 8;
+  constexpr std::size_t kMaxNames = 8;
   std::size_t count = 0;
   std::string names;
   for (const JobReport::Item& item : report.items) {
     if (item.need != need) continue;
-    if (++count <= kMostNames) names += (count == 1 ? "" : ", ") + item.name;
+    if (++count <= kMaxNames) names += (count == 1 ? "" : ", ") + item.name;
   }
   if (count == 0) return "";
-  if (count > kMostNames) names += ", ... and " + std::to_string(count - kMostNames) + " more";
+  if (count > kMaxNames) names += ", ... and " + std::to_string(count - kMaxNames) + " more";
   return "\n  " + label + " " + std::to_string(count) + ": " + names;
 }
 
@@ -86,10 +86,10 @@ std::vector<std::string> JobReport::reasons() const {
 
 std::string JobReport::text() const {
   std::string text = output.string() + ": " + headline(*this);
-  constexpr std::size_t kMostReasons = 20;
+  constexpr std::size_t kMaxReasons = 20;
   const std::vector<std::string> all = reasons();
-  for (std::size_t i = 0; i < std::min(all.size(), kMostReasons); ++i) text += "\n  " + all[i];
-  if (all.size() > kMostReasons) text += "\n  ... and " + std::to_string(all.size() - kMostReasons) + " more";
+  for (std::size_t i = 0; i < std::min(all.size(), kMaxReasons); ++i) text += "\n  " + all[i];
+  if (all.size() > kMaxReasons) text += "\n  ... and " + std::to_string(all.size() - kMaxReasons) + " more";
   text += item_line(*this, ItemNeed::Resume, "finished by an interrupted run");
   text += item_line(*this, ItemNeed::Reuse, "kept");
   text += item_line(*this, ItemNeed::Run, "to make");

@@ -46,13 +46,13 @@ class Decoded final : public DracoMesh {
   [[nodiscard]] std::vector<unsigned char> values(std::uint32_t id, int component_type,
                                                   int num_components) const override {
     using ValuesOf = std::vector<unsigned char> (*)(const draco::Mesh&, const draco::PointAttribute&, int);
-    constexpr int kFirst = 5120, kMostComponents = 16;  // glTF's BYTE; signed 32 bits and double it has not.
+    constexpr int kFirst = 5120, kMaxComponents = 16;  // glTF's BYTE; signed 32 bits and double it has not.
     constexpr std::array<ValuesOf, 7> kByType{
         values_of<std::int8_t>,   values_of<std::uint8_t>, values_of<std::int16_t>, values_of<std::uint16_t>, nullptr,
         values_of<std::uint32_t>, values_of<float>};
     const int type = component_type - kFirst;
     if (type < 0 || type >= static_cast<int>(kByType.size()) || kByType[type] == nullptr) return {};
-    if (num_components < 1 || num_components > kMostComponents) return {};
+    if (num_components < 1 || num_components > kMaxComponents) return {};
     return kByType[type](*mesh_, *mesh_->GetAttributeByUniqueId(id), num_components);
   }
 

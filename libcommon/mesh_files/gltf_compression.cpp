@@ -92,8 +92,8 @@ void decompress_view(const std::string& what, const Json& coded, tinygltf::Model
   const std::size_t count = count_in(what, coded, "/count"), stride = count_in(what, coded, "/byteStride");
   const auto from = bytes_of(what, model, count_in(what, coded, "/buffer", model.buffers.size()),
                              count_in(what, coded, "/byteOffset"), count_in(what, coded, "/byteLength"));
-  constexpr std::size_t kMostOfByte = 64;  // Four bytes or more hold a column of 256 vertices, one byte a triangle.
-  if (stride == 0 || count / kMostOfByte > from.size() || count * stride > kLargestGltf)
+  constexpr std::size_t kMaxOfByte = 64;  // Four bytes or more hold a column of 256 vertices, one byte a triangle.
+  if (stride == 0 || count / kMaxOfByte > from.size() || count * stride > kLargestGltf)
     throw IoError(what, "its compressed data have a wrong size");
   const auto text = [&](const char* name) {
     const Json& value = gltf_member(coded, name);

@@ -217,8 +217,8 @@ class GltfReader {
       uvs = gltf_uvs_of(materials[primitive.material], is_alike);
     if (!is_alike)
       note("material `" + material + "` has textures with different UVs; those of its base color are read");
-    constexpr int kMostSets = 8;
-    for (int set = 0; !uvs.set && set < kMostSets; ++set) {
+    constexpr int kMaxSets = 8;
+    for (int set = 0; !uvs.set && set < kMaxSets; ++set) {
       if (primitive.attributes.contains("TEXCOORD_" + std::to_string(set))) uvs.set = set;
     }
     return uvs;

@@ -268,9 +268,8 @@ class PcdReader {
 }  // namespace
 
 std::string lzf_decompress(std::string_view compressed, std::size_t size) {
-  constexpr std::size_t kMostGrowth = 300;  // A back reference of 3 bytes gives at most 264.
-  if (size / kMostGrowth > compressed.size())
-    throw InvalidInput("compressed data is too short for what it should hold");
+  constexpr std::size_t kMaxGrowth = 300;  // A back reference of 3 bytes gives at most 264.
+  if (size / kMaxGrowth > compressed.size()) throw InvalidInput("compressed data is too short for what it should hold");
   const auto fail = [] { throw InvalidInput("compressed data is damaged"); };
   std::string out;
   out.reserve(size);

@@ -11,7 +11,7 @@ namespace patinate {
 namespace {
 
 constexpr std::uint32_t kCushion = 35;  // Purpose of random streams.
-constexpr double kLeastRadius = 0.17;   // Of a cube's side; the largest have half of it.
+constexpr double kMinRadius = 0.17;     // Of a cube's side; the largest have half of it.
 
 }  // namespace
 
@@ -26,7 +26,7 @@ CushionPlace cushion_at(const Vec3& position, double size) {
       item = item * 0x1FFFFFu + static_cast<std::uint64_t>(static_cast<std::int64_t>(near[c]) + 0x100000);
     RandomStream random(kRenderSeed, item, kCushion);
     const double x = random.uniform(), y = random.uniform(), z = random.uniform();
-    const double share = random.uniform(), radius = kLeastRadius + (0.5 - kLeastRadius) * share * share;
+    const double share = random.uniform(), radius = kMinRadius + (0.5 - kMinRadius) * share * share;
     const Vec3 outward = (scaled - near - Vec3(x, y, z)) / radius;
     const double depth = 1.0 - outward.squaredNorm(), height = depth * radius / 0.5;
     const double tone = random.uniform();

@@ -25,7 +25,7 @@ namespace patinate {
 
 namespace {
 
-constexpr int kLeastRoughness = 13;  // of 255: mirrors of 8 bit flicker
+constexpr int kMinRoughness = 13;  // of 255: mirrors of 8 bit flicker
 
 // One vertex per different (position, uv, normal), and side of the UVs where there are tangents; indices by tile.
 struct VertexBuffers {
@@ -83,7 +83,7 @@ GlbTexture roughness_map(const GlbTexture& gloss, bool has_metal) {
       rows.assign(3 * values.size() / channels, 0);
       for (std::size_t i = 0; 3 * i < rows.size(); ++i) {
         const int rough = 255 - values[i * channels];
-        rows[3 * i + 1] = static_cast<std::uint8_t>(std::max(rough, kLeastRoughness));
+        rows[3 * i + 1] = static_cast<std::uint8_t>(std::max(rough, kMinRoughness));
         if (has_metal) rows[3 * i + 2] = values[i * channels + 1];
       }
       write(rows);

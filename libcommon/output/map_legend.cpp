@@ -9,7 +9,7 @@ namespace patinate {
 
 namespace {
 
-constexpr int kLeastWidth = 160, kMostBar = 480;
+constexpr int kMinWidth = 160, kMaxBar = 480;
 constexpr int kGap_px = 6, kBar_px = 10, kLetter_px = 9, kLine_px = 18;
 constexpr float kPaper = 0.92f, kInk = 0.03f;  // As contact_strip() has them.
 
@@ -20,7 +20,7 @@ std::string number_of(double value, const std::string& unit) {
 }  // namespace
 
 ImageF with_legend(const ImageF& picture, const MapLegend& legend) {
-  const int width = std::max(picture.width(), kLeastWidth), top = picture.height() + kGap_px;
+  const int width = std::max(picture.width(), kMinWidth), top = picture.height() + kGap_px;
   const int lines = legend.more.empty() ? 1 : 2;
   ImageF out(width, top + kBar_px + lines * kLine_px + kGap_px, 3, kPaper);
   const int shift = (width - picture.width()) / 2;
@@ -30,7 +30,7 @@ ImageF with_legend(const ImageF& picture, const MapLegend& legend) {
       std::copy(from.begin(), from.end(), out.pixel(x + shift, y).begin());
     }
   }
-  const int bar = std::min(width - 2 * kGap_px, kMostBar), left = (width - bar) / 2;
+  const int bar = std::min(width - 2 * kGap_px, kMaxBar), left = (width - bar) / 2;
   for (int x = 0; x < bar; ++x) {
     const std::array<float, 3> color = ramp_color(legend.ramp, static_cast<double>(x) / (bar - 1));
     for (int y = 0; y < kBar_px; ++y) std::copy(color.begin(), color.end(), out.pixel(left + x, top + y).begin());

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kTableSide = 32;
 constexpr int kTableSamples = 256;
-constexpr double kLeastCosine = 1e-3;
+constexpr double kMinCosine = 1e-3;
 
 // Smith's masking of one direction: 2 cos / (cos + sqrt(a^2 + (1 - a^2) cos^2)).
 double masking(double alpha, double cosine) {
@@ -19,7 +19,7 @@ double masking(double alpha, double cosine) {
   return 2.0 * cosine / (cosine + std::sqrt(a2 + (1.0 - a2) * cosine * cosine));
 }
 
-double place_cosine(int i) { return std::max(kLeastCosine, static_cast<double>(i) / (kTableSide - 1)); }
+double place_cosine(int i) { return std::max(kMinCosine, static_cast<double>(i) / (kTableSide - 1)); }
 
 LobeEnergy integrated_energy(double roughness, double cos_view) {
   const Vec3 view(std::sqrt(1.0 - cos_view * cos_view), 0.0, cos_view);
@@ -66,7 +66,7 @@ LobeEnergy lobe_energy(double roughness, double cos_view) {
 LobeTurn lobe_turn(const Vec3& normal, const Vec3& view, const Vec3& light, double roughness) {
   const double cos_light = normal.dot(light), facing = normal.dot(view);
   if (!(cos_light > 0.0) || !(facing > 0.0)) return {};
-  const double cos_view = std::max(kLeastCosine, facing), alpha = roughness * roughness, a2 = alpha * alpha,
+  const double cos_view = std::max(kMinCosine, facing), alpha = roughness * roughness, a2 = alpha * alpha,
                rest = 1.0 - a2;
   const Vec3 half = (view + light).normalized();
   const double nh = std::clamp(normal.dot(half), 0.0, 1.0);
@@ -82,12 +82,12 @@ LobeTurn lobe_turn(const Vec3& normal, const Vec3& view, const Vec3& light, doub
                by_light = 2.0 * a2 / (root_light * (cos_light + root_light) * (cos_light + root_light));
   const double shape = density * both / (4.0 * cos_view), scale = density / (4.0 * cos_view * sum * sum);
   LobeTurn out{.shape = shape, .by_normal = shape * by_half * half + scale * g_view * g_view * by_light * light};
-  if (facing > kLeastCosine) out.by_normal += (scale * g_light * g_light * by_view - shape / cos_view) * view;
+  if (facing > kMinCosine) out.by_normal += (scale * g_light * g_light * by_view - shape / cos_view) * view;
   return out;
 }
 
 Lobe::Lobe(const Vec3& normal, const Vec3& view, double roughness)
-    : normal_(normal), view_(view), alpha_(roughness * roughness), cos_view_(std::max(kLeastCosine, normal.dot(view))) {
+    : normal_(normal), view_(view), alpha_(roughness * roughness), cos_view_(std::max(kMinCosine, normal.dot(view))) {
   tangents(normal, a_, b_);
 }
 

@@ -101,8 +101,8 @@ class MovieFile {
 };
 
 std::string gif_comment(const std::filesystem::path& path) {
-  constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 31;
-  const std::string bytes = read_file(path, kMostBytes);
+  constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 31;
+  const std::string bytes = read_file(path, kMaxBytes);
   const std::size_t at = bytes.rfind(kKeyPrefix);
   if (at == std::string::npos || bytes.size() - at > 256) return "";
   const std::string tail = bytes.substr(at + kKeyPrefix.size());

@@ -15,9 +15,9 @@ namespace patinate {
 
 namespace {
 
-constexpr double kLeastAmount = 0.18, kMostAmount = 0.75;  // The first grows here, the last there.
-constexpr double kPlantsPerSquare = 1.5;                   // Of a plant's size: leaves touch.
-constexpr double kSize = 1.0 / 220;                        // Of the diagonal.
+constexpr double kMinAmount = 0.18, kMostAmount = 0.75;  // The first grows here, the last there.
+constexpr double kPlantsPerSquare = 1.5;                 // Of a plant's size: leaves touch.
+constexpr double kSize = 1.0 / 220;                      // Of the diagonal.
 constexpr double kMaxPlaces = 100000;
 constexpr double kInCushion = 0.7;  // Share of what decides from which amount on a plant shows; the rest is chance.
 constexpr double kDome = 1.4;       // By which a plant in the middle of the largest cushion is taller.
@@ -102,7 +102,7 @@ std::vector<Plant> find_plants(const Mesh& given, const SurfaceMaps& maps, const
       const double chance = random.uniform();
       const double late =
           cushion_size > 0.0 ? kInCushion * (1.0 - cushion.depth) + (1.0 - kInCushion) * chance : chance;
-      const double threshold = kLeastAmount + (kMostAmount - kLeastAmount) * late;
+      const double threshold = kMinAmount + (kMostAmount - kMinAmount) * late;
       plant.turn = 2.0 * std::numbers::pi * random.uniform();
       plant.size = size * (0.5 + random.uniform()) * (1.0 + kDome * cushion.height);
       const double shade = 0.75 + 0.5 * random.uniform();

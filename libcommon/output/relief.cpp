@@ -12,7 +12,7 @@ namespace patinate {
 
 namespace {
 
-constexpr double kLeastNormal = 0.2;  // Length of the mean of unit normals below which they point all ways.
+constexpr double kMinNormal = 0.2;  // Length of the mean of unit normals below which they point all ways.
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -69,7 +69,7 @@ void move_positions(Mesh& mesh, const ImageF& height, double factor) {
   }
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     const Mean& mean = means[i];
-    if (mean.count == 0 || mean.normal.norm() < kLeastNormal * mean.count) continue;
+    if (mean.count == 0 || mean.normal.norm() < kMinNormal * mean.count) continue;
     mesh.positions[i] += factor * mean.height / mean.count * mean.normal.normalized();
   }
 }

@@ -30,7 +30,7 @@ double under_water(double f0) {
   return ratio * ratio;
 }
 
-constexpr double kLeastMirror = 0.003;  // Reflectance below which a surface counts as without a mirror, by degrees.
+constexpr double kMinMirror = 0.003;  // Reflectance below which a surface counts as without a mirror, by degrees.
 
 double mean(const Vec3& c) { return c.sum() / 3.0; }
 
@@ -60,7 +60,7 @@ SurfaceMaterial::SurfaceMaterial(const SeenPoint& p)
   for (int c = 0; c < 3; ++c) {
     const double f0 = p.specular[c] + closed * (under_water(p.specular[c]) - p.specular[c]);
     // A surface without any mirror has no grazing one either.
-    const double has_mirror = std::min(1.0, f0 / kLeastMirror);
+    const double has_mirror = std::min(1.0, f0 / kMinMirror);
     add(c, (1.0 - m) * has_mirror * through, f0);
     add(c, m * through, std::min(1.0, p.color[c]));
     diffuse_[c] = (1.0 - m) * through * albedo[c] * (1.0 - has_mirror * energy.reflected(f0));

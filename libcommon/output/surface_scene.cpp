@@ -22,7 +22,7 @@ constexpr double kCurvedEdge = 1.0 / 150;  // Longest edge, in diagonals.
 constexpr int kMaxCurvedTriangles = 200'000;
 constexpr double kLeafSpecular = 0.04;
 constexpr double kLeafRoughness = 0.7;
-constexpr double kLeastFacing = 0.02;  // Normals are bent to face the viewer by this.
+constexpr double kMinFacing = 0.02;  // Normals are bent to face the viewer by this.
 
 void check_channels(const ImageF& map, int channels, const char* what) {
   if (!map.empty() && map.channels() != channels) throw InvalidInput(std::string("render: ") + what);
@@ -120,7 +120,7 @@ SeenPoint SurfaceScene::point(const RayHit& hit, const Vec3& direction) const {
   const Vec3 smooth = blend(corners.normals, hit.b1, hit.b2).normalized();
   const auto facing = [&](const Vec3& normal) -> Vec3 {
     const Vec3 turned = side * normal;
-    const double lack = kLeastFacing - turned.dot(point.view);
+    const double lack = kMinFacing - turned.dot(point.view);
     return lack > 0.0 ? Vec3((turned + lack * point.view).normalized()) : turned;
   };
   point.smooth = facing(smooth);

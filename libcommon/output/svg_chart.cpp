@@ -17,7 +17,7 @@ constexpr std::array<const char*, 7> kColors{"#0072B2", "#D55E00", "#009E73", "#
                                              "#E69F00", "#56B4E9", "#7a7a7a"};
 constexpr std::array<const char*, 4> kDashes{"", "7 3", "2 3", "9 3 2 3"};
 
-constexpr std::size_t kFewestTicks = 3;  ///< Of a logarithmic axis.
+constexpr std::size_t kMinTicks = 3;  ///< Of a logarithmic axis.
 
 struct Axis {
   double low = 0.0, high = 1.0;
@@ -51,7 +51,7 @@ std::vector<double> ticks_of(const Axis& axis) {
         if (v >= axis.low && v <= axis.high && (m == 1.0 || axis.high < 300.0 * axis.low)) ticks.push_back(v);
       }
     }
-    if (ticks.size() >= kFewestTicks) return ticks;
+    if (ticks.size() >= kMinTicks) return ticks;
     ticks.clear();  // Less than a decade: even steps say more.
   }
   const double step = step_of(axis.high - axis.low);

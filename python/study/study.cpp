@@ -34,7 +34,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostElements = 100'000;
+constexpr std::size_t kMaxElements = 100'000;
 constexpr int kThumbnail_px = 240;
 
 /// A value of a JSON file, with all of the file.
@@ -70,7 +70,7 @@ void bind_json(py::module_& module) {
       .def("elements",
            [](const FileJson& v) {
              std::vector<FileJson> elements;
-             for (JsonReader& e : v.json.elements(kMostElements)) elements.push_back({v.root, std::move(e)});
+             for (JsonReader& e : v.json.elements(kMaxElements)) elements.push_back({v.root, std::move(e)});
              return elements;
            })
       .def("string", [](const FileJson& v) { return v.json.string(); })

@@ -166,8 +166,8 @@ bool Keywords::flag(const std::string& name, bool otherwise) {
 RunArguments Keywords::run() {
   RunArguments run;
   const std::int64_t num_threads = integer("num_threads", 0);
-  constexpr int kMostThreads = 4096;
-  if (num_threads < 0 || num_threads > kMostThreads)
+  constexpr int kMaxThreads = 4096;
+  if (num_threads < 0 || num_threads > kMaxThreads)
     throw InvalidInput("num_threads: " + std::to_string(num_threads) + " is out of range; use [0, 4096]");
   run.num_threads = static_cast<int>(num_threads);
   run.progress = object("on_progress");

@@ -18,7 +18,7 @@ SurfacePoint middle_of(int triangle) { return {.triangle = triangle, .b1 = 1.0 /
 void check_overlap(const SceneMesh& scene_mesh, const TexelMap& map) {
   if (map.num_covered() == 0) throw InvalidInput("no texel of the atlas is covered; raise its resolution");
   const auto overlaps = [](const TexelMap& of) {
-    return static_cast<double>(of.num_overlapping()) > kMostOverlap * static_cast<double>(of.num_covered());
+    return static_cast<double>(of.num_overlapping()) > kMaxOverlap * static_cast<double>(of.num_covered());
   };
   if (!overlaps(map)) return;
   // Which object it is: each alone on a grid of its own.

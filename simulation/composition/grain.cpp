@@ -11,8 +11,8 @@ namespace patinate::simulation::composition {
 namespace {
 
 constexpr int kOctaves = 3;
-constexpr double kFine = 8.0;         ///< The coarse half's length over the fine half's.
-constexpr double kLeastTexels = 2.0;  ///< What is shorter cannot be shown.
+constexpr double kFine = 8.0;       ///< The coarse half's length over the fine half's.
+constexpr double kMinTexels = 2.0;  ///< What is shorter cannot be shown.
 
 }  // namespace
 
@@ -37,7 +37,7 @@ void Grain::values(std::size_t material, std::span<const TexelIndex> texels, std
   std::array<double, kTile> coarse, fine;
   const SurfaceAtlas& surface = places_->surface();
   for (std::size_t n = 0; n < texels.size(); ++n) at[n] = places_->point(texels[n]);
-  const double length = fields_[material].length, least = kLeastTexels * surface.median_texel_size_mm();
+  const double length = fields_[material].length, least = kMinTexels * surface.median_texel_size_mm();
   const auto seed = static_cast<std::int64_t>(2 * material + 1);
   const std::span<const Vec3> places = std::span(at).first(texels.size());
   noise_at(places, {.wavelength_mm = length, .octaves = kOctaves, .seed = seed}, least, coarse);

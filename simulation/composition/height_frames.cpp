@@ -12,7 +12,7 @@ namespace patinate::simulation::composition {
 
 namespace {
 
-constexpr double kLeastSpread =
+constexpr double kMinSpread =
     0.05;  // texel steps, squared: what neighbors nearer together than that say of a slope is noise
 constexpr std::int32_t kWeightOne = 4096;
 constexpr double kMaxBorderWeight = 1 << 27;
@@ -106,7 +106,7 @@ Eigen::Matrix<double, 2, 4> gradient_weights(const std::array<Vec2, 4>& steps) {
   Eigen::Matrix<double, 2, 4> weights = Eigen::Matrix<double, 2, 4>::Zero();
   for (int i = 0; i < 2; ++i) {
     const Vec2 axis = spread.vectors.col(i);
-    if (spread.values[i] > kLeastSpread) weights += axis * (axis.transpose() * d) / spread.values[i];
+    if (spread.values[i] > kMinSpread) weights += axis * (axis.transpose() * d) / spread.values[i];
   }
   return weights;
 }

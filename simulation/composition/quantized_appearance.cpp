@@ -25,15 +25,15 @@ std::uint16_t linear16_of(double linear) { return linear16_of_srgb8()[srgb8_of(V
 
 /// Colors by amount: the first as the color itself, then ramps.
 void set_ramps(const std::vector<ColorStop>& stops, QuantizedAppearance& out) {
-  if (stops.size() < 2 || stops.size() > kMostColorStops)
+  if (stops.size() < 2 || stops.size() > kMaxColorStops)
     throw InvalidInput("an appearance has " + std::to_string(stops.size()) + " colors by amount; use 2 to " +
-                       std::to_string(kMostColorStops));
+                       std::to_string(kMaxColorStops));
   std::vector<std::int32_t> at;
   for (std::size_t i = 0; i < stops.size(); ++i) {
     check_range("amount of a color", stops[i].amount, 0.0, kMostAmount);
     at.push_back(static_cast<std::int32_t>(std::lround(stops[i].amount * kOne)));
-    if (i > 0 && !(stops[i].amount - stops[i - 1].amount > 0.999 * kLeastColorStep))
-      throw InvalidInput("amounts of colors have to rise by " + number_text(kLeastColorStep) + " or more");
+    if (i > 0 && !(stops[i].amount - stops[i - 1].amount > 0.999 * kMinColorStep))
+      throw InvalidInput("amounts of colors have to rise by " + number_text(kMinColorStep) + " or more");
     if (stops[i].second_color) out.has_second_color = 1;
   }
   out.num_ramps = static_cast<std::int32_t>(stops.size()) - 1;

@@ -16,7 +16,7 @@ namespace {
 // Iterations that a device does before it is waited for: what was queued cannot be stopped.
 constexpr std::int64_t kQueued = 8;
 // And before the state comes back unasked: what would have to be done again when the device is lost.
-constexpr std::int64_t kMostAhead = 2048;
+constexpr std::int64_t kMaxAhead = 2048;
 
 /// By emitter, then material.
 std::vector<std::uint32_t> loads_of(const Scene& scene, double contact_area, int num_materials) {
@@ -217,7 +217,7 @@ void Simulation::State::check_room() {
 }
 
 void Simulation::State::limit_lag(const RunControl& control) {
-  if (there && iteration - there->known_at >= kMostAhead) copy_to_host(control);
+  if (there && iteration - there->known_at >= kMaxAhead) copy_to_host(control);
 }
 
 void Simulation::State::repeat_iterations(const RunControl& control) {

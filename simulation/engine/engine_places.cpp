@@ -38,7 +38,7 @@ Masses mass_since_start(const MaterialAtlas& atlas, const RunControl& control) {
 
 void Simulation::State::check_scale(std::size_t object, double scale) const {
   const double factor = scale / start_scales[object];
-  if (factor <= SurfaceAtlas::kMostScaling && factor >= 1.0 / SurfaceAtlas::kMostScaling) return;
+  if (factor <= SurfaceAtlas::kMaxScaling && factor >= 1.0 / SurfaceAtlas::kMaxScaling) return;
   throw InvalidInput("object '" + scene.objects[object].name + "' would be scaled to " + number_text(factor) +
                      " times its size at the start; use [1/8, 8] times: the atlas is made for that size");
 }

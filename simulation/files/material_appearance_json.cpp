@@ -24,10 +24,10 @@ Vec3 read_material_color(JsonReader json) {
 std::vector<ColorStop> read_color_stops(JsonReader json) {
   std::vector<ColorStop> stops;
   std::vector<JsonReader> elements = json.elements();
-  if (elements.size() < 2 || elements.size() > kMostColorStops)
-    json.fail("2 to " + std::to_string(kMostColorStops) + " colors, each with its amount");
+  if (elements.size() < 2 || elements.size() > kMaxColorStops)
+    json.fail("2 to " + std::to_string(kMaxColorStops) + " colors, each with its amount");
   for (JsonReader& one : elements) {
-    const double least = stops.empty() ? 0.0 : stops.back().amount + kLeastColorStep;
+    const double least = stops.empty() ? 0.0 : stops.back().amount + kMinColorStep;
     ColorStop stop{.amount = one.member("amount").number(between(least, kMostAmount)),
                    .color = read_material_color(one.member("color"))};
     if (one.has("second_color")) stop.second_color = read_material_color(one.member("second_color"));

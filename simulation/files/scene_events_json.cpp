@@ -18,7 +18,7 @@ namespace patinate::simulation {
 namespace {
 
 constexpr std::int64_t kLongestStroke = 1'000'000;
-constexpr std::size_t kMostPoints = 100'000;
+constexpr std::size_t kMaxPoints = 100'000;
 constexpr double kMostIterations = 1e12;
 
 std::vector<std::string> names_of(const auto& items) {
@@ -55,7 +55,7 @@ void read_stroke(JsonReader json, const SceneContext& context, const Scene& scen
   const std::string brush = read_emitter_name(json, scene);
   const std::int64_t every = json.has("every") ? json.member("every").integer(between(1, 1e6)) : 1;
   std::vector<Vec3> points;
-  for (const JsonReader& point : json.member("points").elements(kMostPoints))
+  for (const JsonReader& point : json.member("points").elements(kMaxPoints))
     points.push_back(read_position(point, context.mm_per_unit));
   if (points.empty()) json.member("points").fail("at least one position");
   if (static_cast<std::int64_t>(points.size()) * every > kLongestStroke)
@@ -76,7 +76,7 @@ void read_stroke(JsonReader json, const SceneContext& context, const Scene& scen
 std::vector<BrushStop> read_stops(const JsonReader& json, double mm_per_unit) {
   std::vector<BrushStop> stops;
   std::int64_t num_steps = 0;
-  for (const JsonReader& point : json.elements(kMostPoints)) {
+  for (const JsonReader& point : json.elements(kMaxPoints)) {
     const std::vector<JsonReader> parts = point.elements(4);
     if (parts.size() < 3) point.fail("[x, y, z], or [x, y, z, steps]");
     const Vec3 place(parts[0].number(), parts[1].number(), parts[2].number());

@@ -32,16 +32,15 @@ struct SceneCopy {
                                       ///< way that no copy can keep.
 };
 
-inline constexpr std::uint64_t kMostSceneBytes = std::uint64_t{1}
-                                                 << 30;  ///< Of all files of a copy; what would pass it is excluded.
+inline constexpr std::uint64_t kMaxSceneBytes = std::uint64_t{1}
+                                                << 30;  ///< Of all files of a copy; what would pass it is excluded.
 
 /// Names depend on the scene alone, not on where its files lie. @param scene  The scene file, read before without an
 /// error.
 /// @param root  Its content. @param folder  Where the copy will stand; what is excluded is named from there. @throws
 /// IoError
 [[nodiscard]] SceneCopy plan_scene_copy(const std::filesystem::path& scene, const Json& root,
-                                        const std::filesystem::path& folder,
-                                        std::uint64_t most_bytes = kMostSceneBytes);
+                                        const std::filesystem::path& folder, std::uint64_t most_bytes = kMaxSceneBytes);
 /// Makes the folder and writes it. @throws CannotComplete, also where a file is not as it was when the copy was
 /// planned.
 void write_scene_copy(const SceneCopy& copy, const std::filesystem::path& folder);

@@ -195,7 +195,7 @@ void read_time(JsonReader json, SceneFile& file) {
   if (json.has("per_iteration")) {
     const JsonReader time = json.member("per_iteration");
     file.scene.time_per_iteration = time.number(between(0, 1e9));
-    if (file.scene.time_per_iteration > 0.0 && file.scene.time_per_iteration < kLeastTimeStep)
+    if (file.scene.time_per_iteration > 0.0 && file.scene.time_per_iteration < kMinTimeStep)
       time.fail("0, for none, or at least 1e-12");
   }
   if (json.has("contact")) (void)json.member("contact");  // once the exchange is known

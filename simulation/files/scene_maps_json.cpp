@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostMaps = 64;
+constexpr std::size_t kMaxMaps = 64;
 constexpr std::array<std::string_view, 6> kFunctionNames{"min", "max", "abs", "pow", "clamp", "smoothstep"};
 
 /// Reads options of one kind from the members of an object.
@@ -199,7 +199,7 @@ void check_map_name(const JsonReader& json, const std::string& name, const Scene
 
 void read_maps(JsonReader json, const SceneContext& context, Scene& scene) {
   const std::vector<std::string> names = json.keys();
-  if (names.size() > kMostMaps) json.fail("at most " + std::to_string(kMostMaps) + " maps");
+  if (names.size() > kMaxMaps) json.fail("at most " + std::to_string(kMaxMaps) + " maps");
   for (const std::string& name : names) {
     JsonReader member = json.member(name);
     check_map_name(member, name, scene);

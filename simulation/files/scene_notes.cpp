@@ -24,10 +24,10 @@ double largest_size_mm(const Scene& scene) {
 /// its drops fly straight, or fall straight down. Scenes that are copied to a mesh of another unit or size are so;
 /// rain, 9 m/s, is 20 times that of a fall of 10 mm. "" = nothing.
 std::string speed_note(const Emitter& emitter, double size_mm, double gravity_mm_s2, double mm_per_unit) {
-  constexpr double kMostTimes = 100.0;
+  constexpr double kMaxTimes = 100.0;
   const double fall_mm_s = std::sqrt(2.0 * gravity_mm_s2 * size_mm);
   const double times = emitter.speed_mm_s / fall_mm_s;
-  if (!emitter.is_on || !(fall_mm_s > 0.0) || (times <= kMostTimes && times >= 1.0 / kMostTimes)) return "";
+  if (!emitter.is_on || !(fall_mm_s > 0.0) || (times <= kMaxTimes && times >= 1.0 / kMaxTimes)) return "";
   return "emitter '" + emitter.name + "': its `speed`, " + short_number_text(emitter.speed_mm_s / mm_per_unit) +
          " a second, is " + figure_text(times) + " times what a fall through the largest object, " +
          figure_text(size_mm / mm_per_unit) + " large, gives: its drops " +

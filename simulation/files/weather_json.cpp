@@ -15,8 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostRows = 1'000'000;
-constexpr std::uint64_t kMostBytes = std::uint64_t{128} << 20;
+constexpr std::size_t kMaxRows = 1'000'000;
+constexpr std::uint64_t kMaxBytes = std::uint64_t{128} << 20;
 
 /// What a row may say beside its time: the weather's signals, then where the wind comes from.
 constexpr std::size_t kDirection = kNumWeatherSignals;
@@ -60,7 +60,7 @@ class WeatherTable {
   WeatherTable(fs::path path, TimeUnit unit) : path_(std::move(path)), unit_(unit) {}
 
   [[nodiscard]] Weather read() {
-    const std::string text = read_file(path_, kMostBytes);
+    const std::string text = read_file(path_, kMaxBytes);
     std::string_view rest = text;
     if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);
     while (!rest.empty()) {
@@ -131,7 +131,7 @@ class WeatherTable {
       fail("found " + std::to_string(cells.size()) + " values; expected " + std::to_string(columns_.size()) +
            ", one for each column");
     }
-    if (weather_.rows.size() >= kMostRows) fail("more than " + std::to_string(kMostRows) + " rows");
+    if (weather_.rows.size() >= kMaxRows) fail("more than " + std::to_string(kMaxRows) + " rows");
     WeatherRow row = weather_.rows.empty() ? WeatherRow{} : weather_.rows.back();
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const std::string name = columns_[i] == kTime ? "time" : std::string(kFieldNames[columns_[i]]);
@@ -162,7 +162,7 @@ class WeatherTable {
 
 Weather read_rows(const JsonReader& json, TimeUnit unit) {
   Weather weather;
-  for (JsonReader& element : json.elements(kMostRows)) {
+  for (JsonReader& element : json.elements(kMaxRows)) {
     WeatherRow row = weather.rows.empty() ? WeatherRow{} : weather.rows.back();
     row.time = read_time_value(element.member("time"), unit);
     for (const std::string& key : element.keys()) {

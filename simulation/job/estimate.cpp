@@ -9,8 +9,8 @@ namespace patinate::simulation {
 namespace {
 
 constexpr int kResolution = 192;
-constexpr double kMostContacts = 4e6;  ///< Of all iterations: a few seconds.
-constexpr double kMostCarried = 16.0;  ///< Emitter::carries.
+constexpr double kMaxContacts = 4e6;  ///< Of all iterations: a few seconds.
+constexpr double kMaxCarried = 16.0;  ///< Emitter::carries.
 
 /// How many gammatons stand for an emitter's, and by how much more each carries.
 struct Thinning {
@@ -25,7 +25,7 @@ Thinning thinned(const Emitter& emitter, double share, double more_load) {
   double largest = 0.0;
   for (const double c : emitter.carries) largest = std::max(largest, c);
   t.load = more_load * wanted / static_cast<double>(t.gammatons);
-  if (largest > 0.0) t.load = std::min(t.load, kMostCarried / largest);
+  if (largest > 0.0) t.load = std::min(t.load, kMaxCarried / largest);
   return t;
 }
 
@@ -54,7 +54,7 @@ RunEstimate estimate_run(SceneFile file, const SimulationOptions& options, const
   const double share = side * side;
   const double contacts = share * static_cast<double>(estimate.all_gammatons) *
                           static_cast<double>(std::max<std::int64_t>(1, file.iterations));
-  const double fewer = std::min(1.0, kMostContacts / contacts);
+  const double fewer = std::min(1.0, kMaxContacts / contacts);
   for (Emitter& e : scene.emitters) thin(e, share * fewer, 1.0 / fewer);
   for (SceneEvent& event : scene.events) {
     if (auto* changed = std::get_if<EmitterEvent>(&event.what)) thin(changed->emitter, share * fewer, 1.0 / fewer);

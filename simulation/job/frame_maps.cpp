@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr float kLeastRoughness = 0.05f;
+constexpr float kMinRoughness = 0.05f;
 
 bool has_relief(const Scene& scene) {
   return std::any_of(scene.objects.begin(), scene.objects.end(),
@@ -42,7 +42,7 @@ ImageF gloss_of(const ImageU8& specular) {
   ImageF out(specular.width(), specular.height(), 2);
   for (std::int64_t i = 0; i < specular.num_pixels(); ++i) {
     out.data()[2 * i] = kUnknownSpecular;
-    out.data()[2 * i + 1] = std::max(kLeastRoughness, 1.0f - static_cast<float>(specular.data()[i]) / 255.0f);
+    out.data()[2 * i + 1] = std::max(kMinRoughness, 1.0f - static_cast<float>(specular.data()[i]) / 255.0f);
   }
   return out;
 }

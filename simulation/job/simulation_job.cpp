@@ -29,8 +29,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 6;            ///< Raised when the same scene gives other amounts or maps.
-constexpr std::int64_t kMostIterationsAnItem = 200;  ///< At most this many are lost by a kill.
+constexpr std::int64_t kStageVersion = 6;           ///< Raised when the same scene gives other amounts or maps.
+constexpr std::int64_t kMaxIterationsAnItem = 200;  ///< At most this many are lost by a kill.
 
 /// Everything that the items of one job share: the running simulation goes from item to item in memory, and a file
 /// stands in for it after a kill.
@@ -79,7 +79,7 @@ struct SimulationWork {
   std::vector<std::int64_t> ends{0};
   while (ends.back() < file.iterations) {
     const std::int64_t next_frame = (ends.back() / file.history_every + 1) * file.history_every;
-    ends.push_back(std::min({ends.back() + kMostIterationsAnItem, next_frame, file.iterations}));
+    ends.push_back(std::min({ends.back() + kMaxIterationsAnItem, next_frame, file.iterations}));
   }
   return ends;
 }

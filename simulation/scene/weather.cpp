@@ -12,7 +12,7 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr double kMostTime = 1e15;  // in any unit; whole numbers of it are still exact
+constexpr double kMaxTime = 1e15;  // in any unit; whole numbers of it are still exact
 constexpr WeatherValues kLeast{0.0, -273.15, 0.0, 0.0, 0.0};
 constexpr WeatherValues kMost{1e4, 1e4, 100.0, 1.0, 1e3};
 
@@ -100,7 +100,7 @@ std::optional<WeatherSignal> weather_signal_of(std::string_view name) {
 
 void check_row(const Weather& weather, std::size_t i) {
   const WeatherRow& row = weather.rows[i];
-  if (!(row.time >= 0.0 && row.time <= kMostTime))
+  if (!(row.time >= 0.0 && row.time <= kMaxTime))
     throw InvalidInput("the time of the weather is " + number_text(row.time) + "; use 0 or more");
   if (i > 0 && !(row.time > weather.rows[i - 1].time)) {
     throw InvalidInput("the time of the weather is " + number_text(row.time) + " after " +
@@ -119,7 +119,7 @@ void check_row(const Weather& weather, std::size_t i) {
 void check_weather(const Weather& weather) {
   for (std::size_t i = 0; i < weather.rows.size(); ++i) check_row(weather, i);
   if (weather.empty() || weather.repeat == 0.0) return;
-  if (!(weather.repeat > weather.rows.back().time && weather.repeat <= kMostTime)) {
+  if (!(weather.repeat > weather.rows.back().time && weather.repeat <= kMaxTime)) {
     throw InvalidInput("the weather repeats after " + number_text(weather.repeat) +
                        "; use more than the time of its last row, " + number_text(weather.rows.back().time));
   }

@@ -40,7 +40,7 @@ static inline bool stays_above(const Surroundings* s, Drop* g, const Step* step,
   const Vector way = times(length, step->ahead);
   const double b1 = g->at.b1 + change_of_b1(s, g->at.triangle, way);
   const double b2 = g->at.b2 + change_of_b2(s, g->at.triangle, way);
-  if (!(b1 >= kLeastWeight && b2 >= kLeastWeight && b1 + b2 <= 1.0 - kLeastWeight)) return false;
+  if (!(b1 >= kMinWeight && b2 >= kMinWeight && b1 + b2 <= 1.0 - kMinWeight)) return false;
   g->at = place_of(g->at.triangle, b1, b2);
   return true;
 }

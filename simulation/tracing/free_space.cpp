@@ -6,7 +6,7 @@
 namespace patinate::simulation {
 
 namespace {
-constexpr int kMostCells = 64;
+constexpr int kMaxCells = 64;
 constexpr int kFar = 255;
 
 /// Distances in the maximum norm, half of them: over neighbors that come before a cell, in the given order [Rosenfeld
@@ -44,7 +44,7 @@ FreeSpace::FreeSpace(const RayTracer& rays) {
   const double margin = 4e-3 * box.diagonal() + 4e-6;  // more than flight leaves around the box
   const Vec3 extent = box.high - box.low + Vec3::Constant(2.0 * margin);
   const Vec3 low = box.low - Vec3::Constant(margin);
-  const double cell = extent.maxCoeff() / kMostCells, inverse = 1.0 / cell;
+  const double cell = extent.maxCoeff() / kMaxCells, inverse = 1.0 / cell;
   std::array<int, 3> size{};
   for (std::size_t a = 0; a < 3; ++a)
     size[a] = std::max(1, static_cast<int>(std::ceil(extent[static_cast<Eigen::Index>(a)] * inverse)));

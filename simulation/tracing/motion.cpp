@@ -55,7 +55,7 @@ inline void prefetch(const Gammatons& gammatons, std::size_t i) {
 #endif
 }
 
-constexpr std::size_t kMostGammatons = 100'000'000;
+constexpr std::size_t kMaxGammatons = 100'000'000;
 
 Drop take(const Gammatons& all, std::size_t i) {
   return {.state = static_cast<std::uint32_t>(all.state[i]),
@@ -141,7 +141,7 @@ Gammatons make_gammatons(const Scene& scene) {
   std::size_t n = 0;
   for (const Emitter& emitter : scene.emitters)
     n += static_cast<std::size_t>(std::max<std::int64_t>(0, emitter.gammatons));
-  if (n > kMostGammatons)
+  if (n > kMaxGammatons)
     throw InvalidInput("the emitters have " + std::to_string(n) + " gammatons together; use at most 10^8");
   Gammatons all;
   all.state.assign(n, GammatonState::Waiting);

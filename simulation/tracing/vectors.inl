@@ -37,15 +37,15 @@ PATINATE_INLINE SurfacePlace place_of(i32 triangle, double b1, double b2) {
 
 // Contacts keep this far, in barycentric weights, from the edges of their triangles: what starts there is on the right
 // side of all triangles around.
-PATINATE_CONSTANT(double, kLeastWeight, 1e-6);
+PATINATE_CONSTANT(double, kMinWeight, 1e-6);
 
 PATINATE_INLINE SurfacePlace moved_inside(SurfacePlace at) {
-  at.b1 = at.b1 > kLeastWeight ? at.b1 : kLeastWeight;
-  at.b2 = at.b2 > kLeastWeight ? at.b2 : kLeastWeight;
+  at.b1 = at.b1 > kMinWeight ? at.b1 : kMinWeight;
+  at.b2 = at.b2 > kMinWeight ? at.b2 : kMinWeight;
   const double sum = at.b1 + at.b2;
-  if (sum > 1.0 - kLeastWeight) {
-    at.b1 *= (1.0 - kLeastWeight) / sum;
-    at.b2 *= (1.0 - kLeastWeight) / sum;
+  if (sum > 1.0 - kMinWeight) {
+    at.b1 *= (1.0 - kMinWeight) / sum;
+    at.b2 *= (1.0 - kMinWeight) / sum;
   }
   return at;
 }

@@ -32,7 +32,7 @@ namespace {
 constexpr std::size_t kLayItems = 32, kWalkItems = 128, kTrailItems = 128, kGroup = 64;  // As the kernels have them.
 constexpr std::size_t kBatch = std::size_t{1} << 16;  // Gammatons of one launch, which stays short.
 constexpr std::uint32_t kFirstSlots = 256;            // Tiles that a trail touches.
-constexpr std::size_t kLeastPieces = std::size_t{1} << 16, kLeastWalked = std::size_t{1} << 18;
+constexpr std::size_t kMinPieces = std::size_t{1} << 16, kMinWalked = std::size_t{1} << 18;
 
 static_assert(sizeof(ExchangeCall::rates) == kMaxMaterials * sizeof(double));
 static_assert(sizeof(SurfaceLink) == sizeof(SurfaceAtlas::Link));
@@ -154,7 +154,7 @@ DeviceExchange::State::State(const DeviceArrays& arrays, const SurfaceAtlas& its
   call.num_texels = arrays.num_texels;
   call.atlas_width = arrays.width;
   allocate_slots(kFirstSlots);
-  allocate_walks(num_gammatons + 1024, kLeastWalked);
+  allocate_walks(num_gammatons + 1024, kMinWalked);
   device.fill_words(heads.memory(), exchange_types::kNoPiece);
 }
 
@@ -204,7 +204,7 @@ void DeviceExchange::set(const ExchangeOptions& options, const SplatWidths& widt
   std::copy(s.active.begin(), s.active.end(), call.materials);
   s.is_deposited = options.deposit && s.num_active > 0;
   if (widths.contact != s.widths.contact || widths.deposit != s.widths.deposit || s.stencils.size() == 0) {
-    Stencils found{.facts = std::vector<StencilFacts>(transfer_kernel::kMostVariance + 1, StencilFacts{}), .parts = {}};
+    Stencils found{.facts = std::vector<StencilFacts>(transfer_kernel::kMaxVariance + 1, StencilFacts{}), .parts = {}};
     const std::span<const std::uint16_t> weights = s.surface->triangle_weights();
     const std::set<std::uint16_t> distinct(weights.begin(), weights.end());
     for (std::uint32_t length = 0; length <= Trail::kLength; ++length) {
@@ -219,7 +219,7 @@ void DeviceExchange::set(const ExchangeOptions& options, const SplatWidths& widt
   }
   const int size = transfer_kernel::splat_variance(widths.contact, SurfaceAtlas::kMedianWeight);
   const std::size_t each = size == 0 ? 1 : SplatShape::stencil_of(size).parts.size();
-  s.allocate_pieces(std::max<std::size_t>({s.pieces.size(), kLeastPieces, s.num_gammatons * each * 3 / 2}));
+  s.allocate_pieces(std::max<std::size_t>({s.pieces.size(), kMinPieces, s.num_gammatons * each * 3 / 2}));
 }
 
 bool DeviceExchange::deposits() const { return state_->is_deposited; }

@@ -14,7 +14,7 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr int kMaxSize = transfer_kernel::kMostVariance;
+constexpr int kMaxSize = transfer_kernel::kMaxVariance;
 constexpr int kReach = 15;  // texels that a stencil goes to each side
 
 /// What the walk leaves in a plane; the middle first. Alike under turns and reflections.

@@ -1,19 +1,19 @@
 // How wide gammatons and trails lie on texels: splat.h, surface_walk.h, pieces.h. In the dialect of
 // kernel_language.inl, behind transfer_kernel.inl.
 
-PATINATE_CONSTANT(i32, kVarianceOne, 64);        // Variances along an axis, texels^2: 1.
-PATINATE_CONSTANT(i32, kMostVariance, 30 * 64);  // A standard deviation of 5.5 texels.
-PATINATE_CONSTANT(u32, kWalkTexels, 720u);       // SplatShape::kMaxParts.
-PATINATE_CONSTANT(u32, kWalkEdges, 6u * 720u);   // A surface may branch; what finds no room is a wall.
-PATINATE_CONSTANT(i32, kDeepestWalk, 22);        // Links: four standard deviations of the widest splat.
-PATINATE_CONSTANT(double, kLargestStep, 0.25);   // Of variance: more than an eighth over each side is too much.
+PATINATE_CONSTANT(i32, kVarianceOne, 64);       // Variances along an axis, texels^2: 1.
+PATINATE_CONSTANT(i32, kMaxVariance, 30 * 64);  // A standard deviation of 5.5 texels.
+PATINATE_CONSTANT(u32, kWalkTexels, 720u);      // SplatShape::kMaxParts.
+PATINATE_CONSTANT(u32, kWalkEdges, 6u * 720u);  // A surface may branch; what finds no room is a wall.
+PATINATE_CONSTANT(i32, kDeepestWalk, 22);       // Links: four standard deviations of the widest splat.
+PATINATE_CONSTANT(double, kLargestStep, 0.25);  // Of variance: more than an eighth over each side is too much.
 
 // The variance of a splat on texels of an area weight; 0 = one texel, which is twice as wide. @param width  In texels
 // of median size.
 PATINATE_INLINE i32 splat_variance(double width, u32 weight) {
   const double size = (double)kVarianceOne / 36.0 * width * width * (double)kMedianTexelWeight / (double)weight;
   if (size < (double)(kVarianceOne / 16)) return 0;
-  return size + 0.5 < (double)kMostVariance ? (i32)(size + 0.5) : kMostVariance;
+  return size + 0.5 < (double)kMaxVariance ? (i32)(size + 0.5) : kMaxVariance;
 }
 
 // Of what is left along a trail of so many contacts, over that of a drop: as large a stain where it was short.

@@ -36,9 +36,9 @@ TEST_P(Fuzz, TakesItsCorpus) {
 }
 
 TEST_P(Fuzz, TakesFilesCutOffAnywhere) {
-  constexpr std::size_t kMostCuts = 60;
+  constexpr std::size_t kMaxCuts = 60;
   for (const std::string& text : corpus()) {
-    const std::size_t step = std::max<std::size_t>(1, text.size() / kMostCuts);
+    const std::size_t step = std::max<std::size_t>(1, text.size() / kMaxCuts);
     for (std::size_t size = 0; size < text.size(); size += step) replay(text.substr(0, size));
   }
 }

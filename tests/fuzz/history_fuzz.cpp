@@ -66,7 +66,7 @@ PATINATE_FUZZ_TARGET(history) {
   for (std::size_t i = 0; i < manifest.frames.size(); ++i) {
     fuzz::require(std::abs(manifest.frames[i].time) <= kFarthestTime, "times are numbers to compute with");
     if (i > 0)
-      fuzz::require(manifest.frames[i].time - manifest.frames[i - 1].time >= kLeastTimeStep,
+      fuzz::require(manifest.frames[i].time - manifest.frames[i - 1].time >= kMinTimeStep,
                     "times rise, by steps to divide by");
   }
   for (const ControlParameter& control : manifest.controls)

@@ -28,8 +28,8 @@ constexpr std::array kFileTypes{FileType{".json", "application/json"},
                                 FileType{".exr", "image/x-exr"},
                                 FileType{".ply", "application/octet-stream"},
                                 FileType{".obj", "text/plain; charset=utf-8"}};
-constexpr std::uint64_t kMostFileBytes = std::uint64_t{1} << 30;
-constexpr int kPreviewWidth = 1024, kMostPreviewWidth = 8192;
+constexpr std::uint64_t kMaxFileBytes = std::uint64_t{1} << 30;
+constexpr int kPreviewWidth = 1024, kMaxPreviewWidth = 8192;
 
 }  // namespace
 
@@ -50,7 +50,7 @@ HttpResponse answer_places(const Asked& asked, const std::string& version) {
 
 HttpResponse answer_preview(const Asked& asked) {
   const std::filesystem::path file = asked.file();
-  const int width = asked.target.has("width") ? asked.integer("width", 1, kMostPreviewWidth) : kPreviewWidth;
+  const int width = asked.target.has("width") ? asked.integer("width", 1, kMaxPreviewWidth) : kPreviewWidth;
   std::optional<int> image;
   if (asked.target.has("image")) image = asked.integer("image", 0, std::numeric_limits<int>::max() - 1);
   return {.type = "image/jpeg", .body = jpeg_of(preview_of(file, width, image))};
@@ -69,7 +69,7 @@ HttpResponse answer_file(const Asked& asked) {
   // A page of the folder runs, but as a stranger to the studio: whoever wrote it cannot use the studio's cookie.
   return {.type = std::string(found->type),
           .headers = {{"Content-Security-Policy", "sandbox allow-scripts"}},
-          .body = read_file(file, kMostFileBytes)};
+          .body = read_file(file, kMaxFileBytes)};
 }
 
 }  // namespace patinate::studio

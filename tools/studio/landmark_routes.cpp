@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostMarks = 20'000, kLongestName = 64;
+constexpr std::size_t kMaxMarks = 20'000, kLongestName = 64;
 
 /// A project whose photographs are marked, as it lies on the disk now.
 struct MarkedCapture {
@@ -136,7 +136,7 @@ void take_marks(const JsonReader& list, MarkedCapture& marked) {
   const capture::CaptureProject& project = marked.project;
   const std::vector<std::string> names = capture::photo_names(project.frames);
   for (const std::string& name : names) marked.marks.erase(name);
-  for (JsonReader& mark : list.elements(kMostMarks)) {
+  for (JsonReader& mark : list.elements(kMaxMarks)) {
     const auto number = mark.member("photo").integer();
     const auto photo = std::find_if(project.frames.begin(), project.frames.end(),
                                     [&](const capture::CapturePhoto& p) { return p.number == number; });

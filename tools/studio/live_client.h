@@ -6,7 +6,7 @@
 
 namespace patinate::studio {
 
-inline constexpr std::int64_t kMostUnacknowledged = 2;
+inline constexpr std::int64_t kMaxUnacknowledged = 2;
 
 struct LiveEngine::Client {
   Client(std::shared_ptr<WebSocketPeer> given, ScreenTile num_tiles)
@@ -14,7 +14,7 @@ struct LiveEngine::Client {
     surface.add_all();
     relief.add_all();
   }
-  [[nodiscard]] bool has_credit() const { return num_sent - num_acknowledged < kMostUnacknowledged; }
+  [[nodiscard]] bool has_credit() const { return num_sent - num_acknowledged < kMaxUnacknowledged; }
 
   std::shared_ptr<WebSocketPeer> peer;
   DirtyTiles surface, relief, overlay;

@@ -15,9 +15,9 @@ namespace patinate::studio {
 
 namespace {
 
-constexpr std::size_t kMostUnread = std::size_t{512} << 20;
-constexpr std::int64_t kMostGammatons = 100'000;
-constexpr std::size_t kMostPositions = 10'000;  ///< Of a stroke in one message.
+constexpr std::size_t kMaxUnread = std::size_t{512} << 20;
+constexpr std::int64_t kMaxGammatons = 100'000;
+constexpr std::size_t kMaxPositions = 10'000;  ///< Of a stroke in one message.
 
 /// A member of a request, with an error that a person understands.
 const Json& member(const Json& request, const char* key) {
@@ -46,8 +46,7 @@ std::vector<Vec3> positions(const Json& request) {
   const auto add = [&](const JsonReader& json) { way.push_back(simulation::read_position(json, 1.0)); };
   if (request.contains("position")) add(JsonReader("stroke", request.at("position"), "/position"));
   if (!request.contains("positions")) return way;
-  for (const JsonReader& position :
-       JsonReader("stroke", request.at("positions"), "/positions").elements(kMostPositions))
+  for (const JsonReader& position : JsonReader("stroke", request.at("positions"), "/positions").elements(kMaxPositions))
     add(position);
   return way;
 }
@@ -136,7 +135,7 @@ struct LiveEngine::Commands {
     }
     if (c.request.contains("overlay")) watch_overlay(c, c.request.at("overlay"));
     if (c.request.contains("gammatons"))
-      client.num_gammatons = integer_member(c.request, "gammatons", 0, kMostGammatons);
+      client.num_gammatons = integer_member(c.request, "gammatons", 0, kMaxGammatons);
     client.shown_state = -1;
   }
   static void watch_overlay(const Call& c, const Json& asked) {
@@ -181,7 +180,7 @@ void LiveEngine::receive(int id, const std::string& text) {
   if (found == clients_.end()) return;
   Client& client = *found->second;
   Json request;
-  if (client.peer->num_waiting_bytes() > kMostUnread) return client.peer->close();  // asks, and does not listen
+  if (client.peer->num_waiting_bytes() > kMaxUnread) return client.peer->close();  // asks, and does not listen
   try {
     request = parse_outside_json(text);
   } catch (const IoError& e) {

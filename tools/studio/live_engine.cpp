@@ -20,8 +20,8 @@ namespace patinate::studio {
 namespace {
 
 constexpr double kStatusSeconds = 0.2;
-constexpr std::size_t kMostBytesBeforeStatus = std::size_t{1}
-                                               << 20;  ///< A client that takes less gets no status meanwhile.
+constexpr std::size_t kMaxBytesBeforeStatus = std::size_t{1}
+                                              << 20;  ///< A client that takes less gets no status meanwhile.
 
 simulation::SimulationOptions simulation_options(const simulation::SceneFile& file, const LiveOptions& live) {
   simulation::SimulationOptions options{
@@ -185,7 +185,7 @@ void LiveEngine::send_scene() {
 void LiveEngine::send_status() {
   make_status();
   for (const auto& [id, client] : clients_) {
-    if (!client->wants_status || client->peer->num_waiting_bytes() >= kMostBytesBeforeStatus) continue;
+    if (!client->wants_status || client->peer->num_waiting_bytes() >= kMaxBytesBeforeStatus) continue;
     client->peer->send_text(status_);
     client->wants_status = false;
   }

@@ -6,8 +6,8 @@ namespace patinate::studio {
 
 namespace {
 
-constexpr std::size_t kMostMomentBytes = std::size_t{192} << 20;
-constexpr std::size_t kMostMoments = 20;
+constexpr std::size_t kMaxMomentBytes = std::size_t{192} << 20;
+constexpr std::size_t kMaxMoments = 20;
 
 }  // namespace
 
@@ -60,8 +60,8 @@ void LiveEngine::forget_the_oldest() {
     }
     return sum;
   };
-  while (past_.size() > 1 && (past_.size() > kMostMoments || bytes() > kMostMomentBytes)) past_.pop_front();
-  while (future_.size() > 1 && (future_.size() > kMostMoments || bytes() > kMostMomentBytes)) future_.pop_front();
+  while (past_.size() > 1 && (past_.size() > kMaxMoments || bytes() > kMaxMomentBytes)) past_.pop_front();
+  while (future_.size() > 1 && (future_.size() > kMaxMoments || bytes() > kMaxMomentBytes)) future_.pop_front();
 }
 
 }  // namespace patinate::studio

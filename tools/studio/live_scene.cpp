@@ -15,9 +15,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostTasks = 10'000;
-constexpr std::size_t kMostTaskBytes = std::size_t{32} << 20;
-constexpr std::size_t kMostUnwatched = 2;
+constexpr std::size_t kMaxTasks = 10'000;
+constexpr std::size_t kMaxTaskBytes = std::size_t{32} << 20;
+constexpr std::size_t kMaxUnwatched = 2;
 constexpr std::chrono::milliseconds kIdle{20};
 
 /// Reads the scene of a place as it is run there.
@@ -137,7 +137,7 @@ void LiveScene::receive(int client, std::string text) {
   {
     const std::lock_guard lock(mutex_);
     num_task_bytes_ += text.size();
-    if (tasks_.size() > kMostTasks || num_task_bytes_ > kMostTaskBytes) {  // asks faster than anything can be done
+    if (tasks_.size() > kMaxTasks || num_task_bytes_ > kMaxTaskBytes) {  // asks faster than anything can be done
       if (const auto found = peers_.find(client); found != peers_.end()) found->second->close();
       return;
     }
@@ -221,7 +221,7 @@ std::shared_ptr<WebSocketListener> LiveScenes::open(const fs::path& path, PlaceK
   scene->join(client, peer);
   std::size_t num_unwatched = 0;
   for (auto it = entries_.begin(); it != entries_.end();) {
-    const bool goes = it->scene->num_clients() == 0 && it->scene != scene && ++num_unwatched > kMostUnwatched;
+    const bool goes = it->scene->num_clients() == 0 && it->scene != scene && ++num_unwatched > kMaxUnwatched;
     if (goes) ended.push_back(it->scene);
     it = goes ? entries_.erase(it) : std::next(it);
   }

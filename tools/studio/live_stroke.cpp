@@ -10,9 +10,9 @@ namespace patinate::studio {
 
 namespace {
 
-constexpr std::size_t kMostAhead = 20'000;
+constexpr std::size_t kMaxAhead = 20'000;
 constexpr double kSpacing = 0.25;                ///< From step to step, in widths of the brush.
-constexpr double kMostBetween = 200.0;           ///< Steps between two places, whatever the width.
+constexpr double kMaxBetween = 200.0;            ///< Steps between two places, whatever the width.
 constexpr std::chrono::milliseconds kDwell{20};  ///< A brush that stays paints on, so often.
 
 /// Of a brush's mark, mm.
@@ -62,13 +62,13 @@ void LiveEngine::move_stroke(const Client& client, const std::vector<Vec3>& way,
 /// @param jumps  The first place is not joined to the last one before.
 void LiveEngine::lengthen(const std::vector<Vec3>& way, bool jumps) {
   Stroke& stroke = *stroke_;
-  if (stroke.ahead.size() > kMostAhead)
-    throw InvalidInput("/positions: the simulation is " + std::to_string(kMostAhead) +
+  if (stroke.ahead.size() > kMaxAhead)
+    throw InvalidInput("/positions: the simulation is " + std::to_string(kMaxAhead) +
                        " steps behind the brush; paint more slowly");
   const double spacing = kSpacing * width_of(emitter_named(simulation_.scene(), stroke.emitter));
   for (const Vec3& to : way) {
     const Vec3 from = stroke.at;
-    const double steps = jumps ? 1.0 : std::clamp(std::ceil((to - from).norm() / spacing), 1.0, kMostBetween);
+    const double steps = jumps ? 1.0 : std::clamp(std::ceil((to - from).norm() / spacing), 1.0, kMaxBetween);
     for (double i = 1.0; i <= steps; i += 1.0)
       stroke.ahead.push_back(i < steps ? Vec3(from + (to - from) * (i / steps)) : to);
     stroke.at = to;

@@ -12,8 +12,8 @@ namespace patinate::studio {
 
 namespace {
 
-constexpr std::size_t kMostUpdateBytes = std::size_t{16}
-                                         << 20;  ///< A client that has acknowledged what it has not read yet waits.
+constexpr std::size_t kMaxUpdateBytes = std::size_t{16}
+                                        << 20;  ///< A client that has acknowledged what it has not read yet waits.
 
 constexpr std::chrono::milliseconds kMeasureEvery{500};
 
@@ -74,7 +74,7 @@ void LiveEngine::measure_overlays() {
 }
 
 bool LiveEngine::is_due(const Client& c) const {
-  if (!c.has_credit() || c.peer->num_waiting_bytes() > kMostUpdateBytes ||
+  if (!c.has_credit() || c.peer->num_waiting_bytes() > kMaxUpdateBytes ||
       Clock::now() - c.last_update < std::chrono::duration<double>(1.0 / options_.most_updates_s))
     return false;
   if (c.wants_hash || c.shown_state != state_number()) return true;

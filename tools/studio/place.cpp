@@ -35,7 +35,7 @@ constexpr std::array kManifests{Manifest{"history.json", PlaceKind::History},
                                 Manifest{"unlight.json", PlaceKind::Unlit},
                                 Manifest{"report.html", PlaceKind::Report}};
 constexpr std::array<std::string_view, 5> kMeshExtensions{".obj", ".ply", ".stl", ".gltf", ".glb"};
-constexpr int kMostEntries = 20'000, kDepth = 5;
+constexpr int kMaxEntries = 20'000, kDepth = 5;
 
 std::string extension_of(const fs::path& path) {
   std::string extension = path.extension().string();
@@ -180,7 +180,7 @@ class PlaceSearch {
 
  private:
   const ServedFolder& folder_;
-  int num_left_ = kMostEntries;
+  int num_left_ = kMaxEntries;
 };
 
 }  // namespace

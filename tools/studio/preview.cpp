@@ -17,7 +17,7 @@ namespace patinate::studio {
 
 namespace {
 
-constexpr std::int64_t kMostPixels = 400'000'000;
+constexpr std::int64_t kMaxPixels = 400'000'000;
 
 bool has_channel(const ImageInfo& info, const char* name) {
   return std::find(info.channels.begin(), info.channels.end(), name) != info.channels.end();
@@ -53,7 +53,7 @@ ImageF shrunk(ImageF image, int width) {
 ImageU8 preview_of(const std::filesystem::path& file, int width, std::optional<int> image) {
   if (image) return srgb8_from_linear(shrunk(color_of(FrameStream(file, {*image}).read(*image), Response{}), width));
   const ImageInfo info = probe_image(file);
-  if (std::int64_t{info.width} * info.height > kMostPixels)
+  if (std::int64_t{info.width} * info.height > kMaxPixels)
     throw IoError(file.string(), "is too large to look at: " + size_text(info.width, info.height));
   const bool is_color = info.is_integer || info.is_raw || has_channel(info, "R");
   if (is_color) return srgb8_from_linear(shrunk(read_color(file), width));

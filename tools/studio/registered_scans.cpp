@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostTriangles = 3'000'000, kMostShownPoints = 1'500'000;
+constexpr std::size_t kMostTriangles = 3'000'000, kMaxShownPoints = 1'500'000;
 
 RigidTransform transform_of(const JsonReader& json) {
   Eigen::Matrix4d matrix;
@@ -136,7 +136,7 @@ std::string registered_scans_glb(const RegisteredScans& registration, const RunC
   Mesh all;
   std::vector<MeshPart> parts;
   const bool are_surfaces = num_triangles <= kMostTriangles;
-  const std::size_t every = std::max<std::size_t>(1, (num_points + kMostShownPoints - 1) / kMostShownPoints);
+  const std::size_t every = std::max<std::size_t>(1, (num_points + kMaxShownPoints - 1) / kMaxShownPoints);
   for (std::size_t k = 0; k < clouds.size(); ++k) {
     PointCloud& cloud = clouds[k];
     parts.push_back({.name = names[k], .triangles = {}, .points = {}});

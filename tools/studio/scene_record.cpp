@@ -15,8 +15,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostPoints = 1000;  ///< Of one event: files allow 100,000.
-constexpr std::int64_t kMostRecordedSteps =
+constexpr std::size_t kMaxPoints = 1000;  ///< Of one event: files allow 100,000.
+constexpr std::int64_t kMaxRecordedSteps =
     900;  ///< At one place; so no event has more than the million that files allow.
 
 bool is_paint(const Json& event) { return event.value("op", "") == "paint"; }
@@ -60,7 +60,7 @@ void SceneRecord::add_paint(const std::string& emitter, std::int64_t iteration,
   ++version_;
   const Json* last = events_.size() > num_fixed_ ? events_.back().get() : nullptr;
   if (!last || !is_paint(*last) || (*last)["iteration"] != iteration || (*last)["target"] != emitter ||
-      (*last)["points"].size() >= kMostPoints) {
+      (*last)["points"].size() >= kMaxPoints) {
     events_.push_back(std::make_shared<Json>(
         Json{{"iteration", iteration}, {"op", "paint"}, {"target", emitter}, {"points", Json::array()}}));
   }
@@ -70,7 +70,7 @@ void SceneRecord::add_paint(const std::string& emitter, std::int64_t iteration,
     const bool is_same =
         before[0] == point_of_file[0] && before[1] == point_of_file[1] && before[2] == point_of_file[2];
     if (is_same && before.size() == 3) return before.push_back(2);
-    if (is_same && before[3].get<std::int64_t>() < kMostRecordedSteps) {
+    if (is_same && before[3].get<std::int64_t>() < kMaxRecordedSteps) {
       before[3] = before[3].get<std::int64_t>() + 1;
       return;
     }

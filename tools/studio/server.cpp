@@ -124,8 +124,8 @@ class Socket : public WebSocketPeer, public std::enable_shared_from_this<Socket>
   [[nodiscard]] std::size_t num_waiting_bytes() const override { return num_waiting_; }
   void close() override { close_with(websocket::close_code::normal); }
   void refuse(const std::string& why) override {
-    constexpr std::size_t kMostReason = 120;  // 123 by RFC 6455
-    std::size_t length = std::min(why.size(), kMostReason);
+    constexpr std::size_t kMaxReason = 120;  // 123 by RFC 6455
+    std::size_t length = std::min(why.size(), kMaxReason);
     while (length > 0 && length < why.size() && (static_cast<unsigned char>(why[length]) & 0xC0) == 0x80)
       --length;  // no half character
     close_with({static_cast<websocket::close_code>(kRefused), why.substr(0, length)});

@@ -14,9 +14,9 @@ namespace patinate::studio {
 
 namespace {
 
-constexpr std::size_t kMostPageBytes = std::size_t{512} << 20;
-constexpr std::size_t kMostTimes = 2000;
-constexpr int kLeastSize = 16, kMostSize = 8192;
+constexpr std::size_t kMaxPageBytes = std::size_t{512} << 20;
+constexpr std::size_t kMaxTimes = 2000;
+constexpr int kMinSize = 16, kMaxSize = 8192;
 
 std::string replaced(std::string text, std::string_view what, std::string_view with) {
   for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += with.size())
@@ -51,7 +51,7 @@ class SessionWriter {
     for (const auto& [name, value] : response.headers) headers[name] = value;
     text_ += (text_.empty() ? "" : ",\n") + json_text(url) + ":{\"type\":" + json_text(response.type) +
              ",\"headers\":" + json_text(headers) + ",\"base64\":\"" + base64(response.body) + "\"}";
-    if (text_.size() > kMostPageBytes)
+    if (text_.size() > kMaxPageBytes)
       throw InvalidInput("the file would have more than 512 MB; ask for fewer times or a smaller size");
   }
   [[nodiscard]] std::string take() { return "{" + std::move(text_) + "}"; }
@@ -97,10 +97,9 @@ SessionOptions parse_session_options(const std::string& body) {
   SessionOptions options;
   options.place = reader.member("place").string();
   if (reader.has("times")) {
-    for (const JsonReader& time : reader.member("times").elements(kMostTimes)) options.times.push_back(time.number());
+    for (const JsonReader& time : reader.member("times").elements(kMaxTimes)) options.times.push_back(time.number());
   }
-  if (reader.has("size"))
-    options.size = static_cast<int>(reader.member("size").integer(between(kLeastSize, kMostSize)));
+  if (reader.has("size")) options.size = static_cast<int>(reader.member("size").integer(between(kMinSize, kMaxSize)));
   if (reader.has("view")) {
     (void)reader.member("view");
     options.view = json_text(json["view"]);

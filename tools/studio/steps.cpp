@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostStepsAtOnce = 10'000;
+constexpr std::size_t kMaxStepsAtOnce = 10'000;
 
 /// The pictures of one step; those that are not there, or lie outside the place, are excluded.
 class StepPictures {
@@ -64,7 +64,7 @@ Json fixed_capture_steps(const capture::CaptureProject& project, StepPictures& p
     steps.push_back(step("Thickness", "What the back-light shows of the layer", pictures.take()));
   }
   for (const capture::CapturePhoto& frame : project.frames) {
-    if (steps.size() == kMostStepsAtOnce) break;
+    if (steps.size() == kMaxStepsAtOnce) break;
     if (!frame.stream) pictures.add(frame.file, frame.name());
     steps.push_back(step(time_text(frame.time, project.time_unit), "", pictures.take()));
   }
@@ -91,7 +91,7 @@ std::string fact_text(const fs::path& file) {
 Json history_steps(const fs::path& folder, StepPictures& pictures) {
   Json steps = Json::array();
   const HistoryManifest m = read_history_manifest(folder);
-  for (std::size_t i = 0; i < m.frames.size() && i < kMostStepsAtOnce; ++i) {
+  for (std::size_t i = 0; i < m.frames.size() && i < kMaxStepsAtOnce; ++i) {
     const std::string number = zero_padded(i, 4);
     const fs::path report = "report";
     pictures.add(report / ("light_" + number + ".png"), "a photograph in the reference's view");

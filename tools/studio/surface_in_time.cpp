@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostFrameBytes = std::size_t{256} << 20;  ///< Of decoded frames that a place keeps.
-constexpr std::size_t kMostPlaces = 4;
+constexpr std::size_t kMaxFrameBytes = std::size_t{256} << 20;  ///< Of decoded frames that a place keeps.
+constexpr std::size_t kMaxPlaces = 4;
 
 std::size_t bytes_of(const ImageF& image) { return image.values().size() * sizeof(float); }
 
@@ -90,7 +90,7 @@ std::shared_ptr<const ImageF> SurfaceInTime::frame(int index) const {
   std::size_t sum = bytes_of(*image);
   for (auto it = frames_.begin(); it != frames_.end();) {
     sum += bytes_of(*it->second);
-    it = sum > kMostFrameBytes || it->first == index ? frames_.erase(it) : std::next(it);
+    it = sum > kMaxFrameBytes || it->first == index ? frames_.erase(it) : std::next(it);
   }
   frames_.emplace_front(index, image);
   return image;
@@ -238,7 +238,7 @@ std::shared_ptr<const SurfaceInTime> OpenedPlaces::open(const fs::path& path, Pl
   const std::lock_guard lock(mutex_);
   if (const auto found = find(); found != entries_.end()) entries_.erase(found);
   entries_.push_front({path, changed, place});
-  if (entries_.size() > kMostPlaces) entries_.pop_back();
+  if (entries_.size() > kMaxPlaces) entries_.pop_back();
   return place;
 }
 

@@ -23,7 +23,7 @@ namespace patinate::studio {
 namespace {
 
 constexpr int kMostSide = 65536;
-constexpr double kMostTime = 1e18;
+constexpr double kMaxTime = 1e18;
 constexpr std::array<std::string_view, 3> kBetweenNames{"blend", "hold", "nearest"};
 
 /// What is asked for of a list; its first where nothing is.
@@ -76,7 +76,7 @@ HttpResponse sized_response(std::string type, std::string body, int width, int h
 HttpResponse answer_texture(const Asked& asked) {
   const std::string format = asked.target.has("format") ? asked.target.value("format") : "raw";
   if (format != "raw" && format != "png") throw InvalidInput("format: found \"" + format + "\"; expected raw or png");
-  const double time = asked.number("time", -kMostTime, kMostTime);
+  const double time = asked.number("time", -kMaxTime, kMaxTime);
   const auto between = static_cast<Between>(chosen(asked, "between", kBetweenNames));
   const std::optional<int> tile =
       asked.target.has("tile") ? std::optional(asked.integer("tile", 0, 1'000'000)) : std::nullopt;

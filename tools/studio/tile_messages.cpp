@@ -47,7 +47,7 @@ std::vector<std::string> tile_messages(Json header, std::span<const ScreenTile> 
   std::vector<std::string> messages;
   if (tiles.empty()) return messages;
   const std::size_t bytes_a_tile = sizeof(ScreenTile) + tile_bytes(tiles.front()).size();
-  const std::size_t most = (kMostMessageBytes - kHeaderRoom) / bytes_a_tile;
+  const std::size_t most = (kMaxMessageBytes - kHeaderRoom) / bytes_a_tile;
   for (std::size_t begin = 0; begin < tiles.size(); begin += most) {
     const std::span<const ScreenTile> part = tiles.subspan(begin, std::min(most, tiles.size() - begin));
     header["count"] = part.size();

@@ -29,11 +29,11 @@ class DirtyTiles {
   ScreenTile num_tiles_;
 };
 
-inline constexpr std::size_t kMostMessageBytes = std::size_t{4} << 20;
+inline constexpr std::size_t kMaxMessageBytes = std::size_t{4} << 20;
 
 /// u32 header_bytes, header (padded with spaces so that the payload begins at a multiple of 4), payload.
 [[nodiscard]] std::string binary_message(const Json& header, std::string_view payload);
-/// One plane of an update, in as many messages as it takes to stay within kMostMessageBytes; none without tiles.
+/// One plane of an update, in as many messages as it takes to stay within kMaxMessageBytes; none without tiles.
 /// @param header      Its "count" and "last" are set here; "last" of the last message is `is_last`.
 /// @param tile_bytes  Of one tile.
 [[nodiscard]] std::vector<std::string> tile_messages(

@@ -25,7 +25,7 @@ static_assert(std::endian::native == std::endian::little);
 
 constexpr std::size_t kKeySize = 32;
 constexpr std::size_t kPiece = std::size_t{1} << 20;  // Bytes between two looks at the stop.
-constexpr int kMostLevels = 31;
+constexpr int kMaxLevels = 31;
 
 /// Without gaps, as it stands in the file.
 struct Header {
@@ -138,7 +138,7 @@ AppearanceSpace read_appearance(const fs::path& file, const std::string& key, in
   if (header.format != kFormat || !std::equal(header.key.begin(), header.key.end(), key.begin(), key.end()))
     throw IoError(file.string(), "belongs to something else");
   const bool is_one = header.width == mask.width() && header.height == mask.height() && header.num_levels >= 1 &&
-                      header.num_levels <= kMostLevels && header.explained_variance >= 0.0 &&
+                      header.num_levels <= kMaxLevels && header.explained_variance >= 0.0 &&
                       header.explained_variance <= 1.0;
   if (error || !is_one || size != appearance_file_size(header.width, header.height, header.num_levels))
     throw IoError(file.string(), "is not as long as its levels");

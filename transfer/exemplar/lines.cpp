@@ -15,17 +15,17 @@ namespace patinate::transfer {
 namespace {
 
 constexpr std::array kReaches_px{2, 4, 8, 16};
-constexpr double kLeastContrast = 3.0;              // L*. Less is noise, or hardly seen.
-constexpr double kLowOfHigh = 0.4;                  // Threshold of all lines, as a share of Otsu's.
-constexpr double kLeastElongation = 30.0;           // Length over width: of a network it is the whole length.
-constexpr double kLeastElongated = 0.6;             // Share of what is found that must be lines.
-constexpr double kLeastShare = 0.005;               // Of the surface.
-constexpr double kMostShare = 0.25, kRare = 0.125;  // More than an eighth must stand out clearly.
-constexpr double kDensest = 0.35;                   // Crackle glazes cover 24 to 35 %; what covers more is grain.
-constexpr int kMaxBins = 400;                       // Of a quarter L*.
-constexpr int kSegment = 17, kNumDirections = 12;   // Pixels at the smallest reach; a line is straight as far.
-constexpr double kAlong = 2.0;                      // Half of a square around may be lines.
-constexpr double kEnough = 0.8;                     // Of what the best square finds.
+constexpr double kMinContrast = 3.0;               // L*. Less is noise, or hardly seen.
+constexpr double kLowOfHigh = 0.4;                 // Threshold of all lines, as a share of Otsu's.
+constexpr double kMinElongation = 30.0;            // Length over width: of a network it is the whole length.
+constexpr double kMinElongated = 0.6;              // Share of what is found that must be lines.
+constexpr double kMinShare = 0.005;                // Of the surface.
+constexpr double kMaxShare = 0.25, kRare = 0.125;  // More than an eighth must stand out clearly.
+constexpr double kDensest = 0.35;                  // Crackle glazes cover 24 to 35 %; what covers more is grain.
+constexpr int kMaxBins = 400;                      // Of a quarter L*.
+constexpr int kSegment = 17, kNumDirections = 12;  // Pixels at the smallest reach; a line is straight as far.
+constexpr double kAlong = 2.0;                     // Half of a square around may be lines.
+constexpr double kEnough = 0.8;                    // Of what the best square finds.
 
 /// What the square fills: how much darker (or brighter) than its surroundings a pixel is. Exact in floats.
 cv::Mat filled(const cv::Mat& lightness, int reach, bool dark) {
@@ -132,8 +132,8 @@ LineThresholds find_thresholds(const cv::Mat& fill, const ImageU8& mask) {
     }
   }
   const double noise = 5.0 * (median + 1) / 4.0;
-  return {.low = std::max({kLowOfHigh * high / 4.0, kLeastContrast, std::min(noise, high / 4.0)}),
-          .high = std::max(high / 4.0, kLeastContrast)};
+  return {.low = std::max({kLowOfHigh * high / 4.0, kMinContrast, std::min(noise, high / 4.0)}),
+          .high = std::max(high / 4.0, kMinContrast)};
 }
 
 /// What one square finds.
@@ -145,10 +145,10 @@ struct FoundLines {
   double elongated = 0.0;  ///< Share of what passed the thresholds.
   double mass = 0.0;       ///< Sum of what the square fills on lines.
   double found = 0.0;      ///< As much of them passed the thresholds, lines or not.
-  [[nodiscard]] bool are_long() const { return elongated >= kLeastElongated && share >= kLeastShare; }
+  [[nodiscard]] bool are_long() const { return elongated >= kMinElongated && share >= kMinShare; }
   [[nodiscard]] bool are_few() const {
     const bool stands_out = thresholds.low < 0.5 * thresholds.high;
-    return found <= (stands_out ? kMostShare : kRare);
+    return found <= (stands_out ? kMaxShare : kRare);
   }
 };
 
@@ -191,7 +191,7 @@ FoundLines find_lines_of(const cv::Mat& lightness, const ImageU8& mask, int reac
     found += area;
     // The mean distance to the outside is a quarter of the width of a band.
     const double width = std::max(1.0, 4.0 * inner_sum[i] / area - 1.0);
-    if (is_strong[i] == 0 || area < kLeastElongation * width * width) continue;
+    if (is_strong[i] == 0 || area < kMinElongation * width * width) continue;
     is_kept[i] = 1;
     kept += area;
     lines.mass += mass[i];

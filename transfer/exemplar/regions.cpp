@@ -15,11 +15,11 @@ namespace patinate::transfer {
 namespace {
 
 constexpr std::array kRadii_px{1, 2, 4};
-constexpr double kLeastSeparation = 0.8;
-constexpr double kLeastSharpness = 0.9;
-constexpr double kLeastRegionShare = 0.05;
-constexpr double kLeastWidth_px = 8.0;        // A neighborhood sees seven.
-constexpr double kLeastRegionContrast = 6.0;  // Twice what is hardly seen.
+constexpr double kMinSeparation = 0.8;
+constexpr double kMinSharpness = 0.9;
+constexpr double kMinRegionShare = 0.05;
+constexpr double kMinWidth_px = 8.0;        // A neighborhood sees seven.
+constexpr double kMinRegionContrast = 6.0;  // Twice what is hardly seen.
 constexpr int kBins = 512;
 
 /// About as evenly spaced as lightness, [0, 100].
@@ -68,7 +68,7 @@ cv::Mat principal_value(const ImageF& colors, const ImageU8& mask, const RunCont
 void separate(const cv::Mat& value, const ImageU8& mask, Regions& regions) {
   double low = 0.0, high = 0.0;
   cv::minMaxLoc(value, &low, &high);
-  if (!(high - low >= kLeastRegionContrast)) return;
+  if (!(high - low >= kMinRegionContrast)) return;
   std::array<double, kBins> counts{};
   double total = 0.0, sum = 0.0, squares = 0.0;
   const double per_bin = (high - low) / kBins;
@@ -149,12 +149,11 @@ Regions find_regions(const ImageF& colors, const ImageU8& mask, const RunControl
     cv::Mat smooth;
     cv::blur(value, smooth, cv::Size(2 * radius + 1, 2 * radius + 1), cv::Point(-1, -1), cv::BORDER_REFLECT);
     separate(smooth, mask, regions);
-    if (regions.separation < kLeastSeparation || regions.share < kLeastRegionShare ||
-        regions.contrast < kLeastRegionContrast)
+    if (regions.separation < kMinSeparation || regions.share < kMinRegionShare || regions.contrast < kMinRegionContrast)
       continue;
     const cv::Mat is_second = smooth >= regions.threshold;
     regions.width_px = width_of(is_second, mask, regions.share);
-    if (regions.width_px < kLeastWidth_px || sharpness_of(smooth, is_second, regions.contrast, mask) < kLeastSharpness)
+    if (regions.width_px < kMinWidth_px || sharpness_of(smooth, is_second, regions.contrast, mask) < kMinSharpness)
       continue;
     regions.is_second = byte_image_of(is_second);
     regions.value = float_image_of(smooth);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kFullShare = 0.08;    // Lines of as much of the surface are what it looks like.
 constexpr double kRegionWeight = 0.3;  // Against lines: tone shows regions as well.
-constexpr double kMostLines = 0.25;    // Of a map: more are regions.
+constexpr double kMaxLines = 0.25;     // Of a map: more are regions.
 
 /// L* of a luminance in [0, 1] [CIE 15].
 float lightness_of_luminance(float luminance) {
@@ -120,7 +120,7 @@ SourceStructure structure_of_map(const ImageF& map, const ImageF& lightness, con
   if (on == 0.0 || on == total) return {};
   const double contrast = light_on / on - light_off / (total - on);
   SourceStructure result;
-  if (on / total <= kMostLines) {
+  if (on / total <= kMaxLines) {
     result = structure_of({.fill = map,
                            .all = is_on,
                            .strong = is_on,

@@ -52,8 +52,8 @@ using FillStrip = std::function<void(int x, int y, ImageF& strip)>;
 /// A few rows at a time: an atlas may be larger than what there is beside it. @param fill  Called by several threads.
 void write_tile(const fs::path& file, const Sheet& sheet, int tile, const std::vector<std::string>& channels,
                 const FillStrip& fill, const RunControl& run) {
-  constexpr int kLeastRows = 4 * kExrChunkRows, kMostRows = 32 * kExrChunkRows;
-  const int threads = thread_count(run), strip_rows = std::clamp(2 * threads * kExrChunkRows, kLeastRows, kMostRows),
+  constexpr int kMinRows = 4 * kExrChunkRows, kMaxRows = 32 * kExrChunkRows;
+  const int threads = thread_count(run), strip_rows = std::clamp(2 * threads * kExrChunkRows, kMinRows, kMaxRows),
             num_channels = static_cast<int>(channels.size());
   const RunControl silent = run.silent();
   ImageRowWriter writer(file, sheet.tile_width, sheet.tile_height,

@@ -28,7 +28,7 @@ constexpr std::array<std::string_view, 5> kTileRuleNames{"square", "udim", "mate
 
 double footprint_px(const TexelMap& map, double pixel_mm, Footprint footprint) {
   const double pixels = map.median_texel_size_mm() / pixel_mm;
-  if (footprint == Footprint::Pixel || pixels <= kLeastFootprint_px) return 1.0;
+  if (footprint == Footprint::Pixel || pixels <= kMinFootprint_px) return 1.0;
   return std::min(kLargestFootprint_px, std::round(100.0 * pixels) / 100.0);
 }
 
@@ -181,7 +181,7 @@ void describe(DocumentVisitor& v, TransferManifest& m) {
              v.choice({"tiles", "How UVs make tiles."}, m.tile_rule, kTileRuleNames);
            });
   v.member({"covered_texels", "Texels that a triangle covers.", at_least(0), Presence::Optional}, m.covered_texels);
-  v.member({"texel_size_mm", "Surface length of a pixel of the history.", between(kLeastTexel_mm, kLargestTexel_mm)},
+  v.member({"texel_size_mm", "Surface length of a pixel of the history.", between(kMinTexel_mm, kLargestTexel_mm)},
            m.texel_size_mm);
   v.member({"footprint_px",
             "Pixels along the side of what a texel covers: above 1.25 lookups show means over so much of the history. "

@@ -12,7 +12,7 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr double kFine_px = 15.0, kMostFine = 0.1;
+constexpr double kFine_px = 15.0, kMaxFine = 0.1;
 constexpr std::array<double, 7> kBlurs_px{2.0, 2.8, 4.0, 5.7, 8.0, 11.3, 16.0};
 
 struct Variances {
@@ -39,13 +39,13 @@ ImageF without_fine_texture(const ImageF& values, const ImageU8& mask, double& b
   const RunControl silent = control.silent();
   blur_px = 0.0;
   const Variances own = variances_of(values, mask, silent);
-  if (!(own.fine > kMostFine * own.all)) return values;
+  if (!(own.fine > kMaxFine * own.all)) return values;
   ImageF blurred;
   for (const double sigma : kBlurs_px) {
     blur_px = sigma;
     blurred = gaussian_blur(values, mask, sigma, silent);
     const Variances left = variances_of(blurred, mask, silent);
-    if (left.fine <= kMostFine * left.all) break;
+    if (left.fine <= kMaxFine * left.all) break;
   }
   return match_control(blurred, mask, {}, values, mask, {}, ControlMapping::Rank, silent);
 }

@@ -183,9 +183,9 @@ void match_inside(const ImageF& destination, const ImageU8& destination_mask, co
 }  // namespace
 
 SuitedMapping suited_mapping(const ImageF& values, const ImageU8& mask) {
-  constexpr double kTie = 0.1, kMostTied = 0.5, kMostOfOneValue = 0.25;
-  constexpr std::int64_t kMostLookedAt = 1 << 18;
-  const std::int64_t stride = std::max<std::int64_t>(1, values.num_pixels() / kMostLookedAt) | 1;
+  constexpr double kTie = 0.1, kMaxTied = 0.5, kMaxOfOneValue = 0.25;
+  constexpr std::int64_t kMaxLookedAt = 1 << 18;
+  const std::int64_t stride = std::max<std::int64_t>(1, values.num_pixels() / kMaxLookedAt) | 1;
   std::vector<float> sorted;
   for (std::int64_t i = 0; i < values.num_pixels(); i += stride) {
     if (mask.empty() || mask.data()[i] != 0) sorted.push_back(values.data()[i]);
@@ -201,7 +201,7 @@ SuitedMapping suited_mapping(const ImageF& values, const ImageU8& mask) {
     begin = end;
   }
   // One value everywhere decides nothing: the middle of the source, by either mapping.
-  const bool is_linear = largest < 1.0 && (tied >= kMostTied || largest >= kMostOfOneValue);
+  const bool is_linear = largest < 1.0 && (tied >= kMaxTied || largest >= kMaxOfOneValue);
   return {.mapping = is_linear ? ControlMapping::Linear : ControlMapping::Rank, .tied_share = tied};
 }
 

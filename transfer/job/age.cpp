@@ -39,7 +39,7 @@ void describe_surface(OptionVisitor& v, AgeOptions& o) {
            "mm", above(0)},
           o.mm_per_unit);
   v.visit({"texel_size", "Surface length of one pixel of the history; not given: what the history says", "mm",
-           between(kLeastTexel_mm, kLargestTexel_mm)},
+           between(kMinTexel_mm, kLargestTexel_mm)},
           o.texel_size_mm);
 }
 

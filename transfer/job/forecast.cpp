@@ -13,7 +13,7 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr std::int64_t kMostLookedAt = 1 << 18;
+constexpr std::int64_t kMaxLookedAt = 1 << 18;
 constexpr std::size_t kBins = 64;
 constexpr double kManyCopies = 10.0;  // A choice: rows were seen at 59 and are not at 200 since reuse is balanced;
                                       // pieces are found again sooner.
@@ -86,7 +86,7 @@ Demand demand_of(const Shares& source, const Shares& surface) {
 TransferForecast forecast_transfer(const TransferInput& input, int neighborhood_radius_px) {
   const ImageU8 mask = usable_mask(*input.history, input.source_mask);
   int step = 1;
-  while (input.map->num_texels() / step / step > kMostLookedAt) ++step;
+  while (input.map->num_texels() / step / step > kMaxLookedAt) ++step;
   ImageU8 coverage = thinned(input.map->coverage(), step);
   if (std::all_of(coverage.values().begin(), coverage.values().end(), [](std::uint8_t c) { return c == 0; })) {
     step = 1;  // Charts narrower than a step.

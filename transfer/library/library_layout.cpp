@@ -17,7 +17,7 @@ void describe(OptionVisitor& v, LibraryOptions& o) {
       {"clock", "Combine equal times, or equal shares of each history's span (times are then those of the first)"},
       o.clock, kLibraryClockNames);
   v.visit({"texel_size", "Pixel size of the library, and of histories without one; default: the finest", "mm",
-           between(kLeastTexel_mm, kLargestTexel_mm)},
+           between(kMinTexel_mm, kLargestTexel_mm)},
           o.texel_size_mm);
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t kFewestPixels = 256;  // Of a control value: fewer say nothing about shares.
 constexpr std::int32_t kAmountUnit = 256, kMost = 2 * kAmountUnit, kMostReuse = 3 * kAmountUnit,
-                       kMostPrice = 8 * kAmountUnit;
+                       kMaxPrice = 8 * kAmountUnit;
 
 }  // namespace
 
@@ -94,8 +94,8 @@ void Amounts::set(const Counts& counts) {
     }
   }
   for (std::size_t c = 0; c < price_.size(); ++c) {
-    price_[c] = std::clamp(excess_[c] + before_[c], -kMostPrice, kMostPrice);
-    before_[c] = std::clamp(before_[c] + 2 * excess_[c], -kMostPrice, kMostPrice);
+    price_[c] = std::clamp(excess_[c] + before_[c], -kMaxPrice, kMaxPrice);
+    before_[c] = std::clamp(before_[c] + 2 * excess_[c], -kMaxPrice, kMaxPrice);
   }
 }
 

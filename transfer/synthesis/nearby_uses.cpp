@@ -8,7 +8,7 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr std::size_t kMostCounts = std::size_t{1} << 24;  // 32 MB: of larger atlases, squares are larger.
+constexpr std::size_t kMaxCounts = std::size_t{1} << 24;  // 32 MB: of larger atlases, squares are larger.
 
 }  // namespace
 
@@ -26,7 +26,7 @@ NearbyUses::NearbyUses(const SourceLevel& source, const TexelMap& map)
     squares_x_ = (width_ + side_ - 1) / side_;
     squares_y_ = (height_ + side_ - 1) / side_;
     side_ *= 2;
-  } while (squares_x_ * squares_y_ > 1 && static_cast<std::size_t>(squares_x_ * squares_y_) * num_cells_ > kMostCounts);
+  } while (squares_x_ * squares_y_ > 1 && static_cast<std::size_t>(squares_x_ * squares_y_) * num_cells_ > kMaxCounts);
   side_ /= 2;
 }
 
@@ -60,7 +60,7 @@ void NearbyUses::measure(const PlaceMap& places, const RunControl& control) {
     for (std::size_t c = 0; c < num_cells_; ++c) {
       const std::int64_t copy = std::max<std::int64_t>({1, usable_in_[c], num_texels * usable_in_[c] / num_usable_});
       copies_[static_cast<std::size_t>(begin) * num_cells_ + c] =
-          static_cast<std::uint16_t>(std::min<std::int64_t>(sum[c] * kOneCopy / copy, kMostCopies));
+          static_cast<std::uint16_t>(std::min<std::int64_t>(sum[c] * kOneCopy / copy, kMaxCopies));
     }
   });
 }

@@ -32,7 +32,7 @@ class NearbyUses {
   [[nodiscard]] bool is_one_cell(std::int32_t a, std::int32_t b) const { return cell_of(a) == cell_of(b); }
 
  private:
-  static constexpr std::int32_t kCell_px = 4, kMostCopies = 4 * kOneCopy;
+  static constexpr std::int32_t kCell_px = 4, kMaxCopies = 4 * kOneCopy;
 
   [[nodiscard]] std::size_t cell_of(std::int32_t pixel) const {
     return static_cast<std::size_t>(pixel / source_width_ / kCell_px * columns_ + pixel % source_width_ / kCell_px);

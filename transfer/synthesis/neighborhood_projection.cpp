@@ -109,7 +109,7 @@ void NeighborhoodProjection::find_axes(const SourceLevel& source, const Part& pa
 }
 
 ProjectedNeighborhood NeighborhoodProjection::of_pixel(std::int32_t pixel) const {
-  std::array<std::int16_t, kMostAppearances> appearances;
+  std::array<std::int16_t, kMaxAppearances> appearances;
   const std::span<std::int16_t> around = std::span(appearances).first(deltas_.size() * kAppearanceSize);
   gather(pixel, around);
   return of(around);

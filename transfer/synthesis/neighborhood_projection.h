@@ -42,7 +42,7 @@ class NeighborhoodProjection {
   static constexpr int kUnit = window_kernel::kProjectionUnit;
   /// As projection_term() takes them: 16 rows, each of as many values as a list of appearances has.
   [[nodiscard]] std::span<const std::int16_t> rows() const { return rows_; }
-  static constexpr std::size_t kMostAppearances = 120 * kAppearanceSize;  ///< Radius 5.
+  static constexpr std::size_t kMaxAppearances = 120 * kAppearanceSize;  ///< Radius 5.
 
  private:
   struct Part {

@@ -13,9 +13,9 @@ namespace {
 
 constexpr std::int32_t kOnePixel = PixelNeighbor::kOne;
 constexpr int kNumRim = 160, kNumSpread = 16;
-constexpr int kApart_px = 4;             // Candidates nearer to each other are one.
-constexpr int kNumCommon = 4;            // Pieces that are in the patch already.
-constexpr std::int32_t kMostOff = 1200;  // A rim texel that differs by more is no worse: the cut goes round it.
+constexpr int kApart_px = 4;            // Candidates nearer to each other are one.
+constexpr int kNumCommon = 4;           // Pieces that are in the patch already.
+constexpr std::int32_t kMaxOff = 1200;  // A rim texel that differs by more is no worse: the cut goes round it.
 constexpr std::int32_t kAmountCost =
     200;  // Of a look that has twice its share; half or twice as much: docs/benchmarks.md.
 constexpr std::int32_t kReuseCost = 40;     // Of a piece that is there twice as often as it should be.
@@ -81,12 +81,12 @@ std::int64_t PatchCut::score(const PieceCenter& center, std::int64_t bound) cons
   for (const ControlSample& s : spread_) {
     const FixedPoint at = center.at(s.offset);
     const std::int32_t pixel = task_.features.pixel_at(at.x, at.y);
-    sum += spread_weight_ * (pixel < 0 ? kMostOff : task_.control_cost.at(task_.destination.target(s.texel), pixel));
+    sum += spread_weight_ * (pixel < 0 ? kMaxOff : task_.control_cost.at(task_.destination.target(s.texel), pixel));
   }
   for (std::size_t i = 0; i < rim_.size() && sum < bound; ++i) {
     const FixedPoint at = center.at(rim_[i].offset);
     const std::int32_t pixel = task_.features.pixel_at(at.x, at.y);
-    sum += rim_weight_ * (pixel < 0 ? 2 * kMostOff : std::min(kMostOff, task_.features.distance(pixel, rim_[i].pixel)));
+    sum += rim_weight_ * (pixel < 0 ? 2 * kMaxOff : std::min(kMaxOff, task_.features.distance(pixel, rim_[i].pixel)));
   }
   return sum;
 }

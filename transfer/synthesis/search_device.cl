@@ -3,14 +3,14 @@
 
 #define PATINATE_LIST_ITEMS 64  // SearchDevice has these too.
 #define PATINATE_SEARCH_ITEMS 32
-enum { kSearchItems = PATINATE_SEARCH_ITEMS, kMostRandom = 64, kTexelsSummed = 64 };
+enum { kSearchItems = PATINATE_SEARCH_ITEMS, kMaxRandom = 64, kTexelsSummed = 64 };
 
 // What the items of a group have together of their texel.
 typedef struct SharedSearch {
   KnownNeighbors known;
   FixedPlace leads[kTexelsBeside];
   BegunPlaces begun;
-  i32 random_pixels[kMostRandom];
+  i32 random_pixels[kMaxRandom];
   i32 sum_of_weights;
   // By item: its best, and which of all candidates that is.
   i64 cost[kSearchItems];

@@ -52,10 +52,10 @@ RefinementOptions refinement_options(const SourceStructure& structure, TransferQ
 
 /// How many levels are refined, the finest among them: those that show cells of the structure's size.
 std::size_t num_refined_levels(const SourceStructure& structure, TransferQuality quality) {
-  constexpr double kLeastScale_px = 4.0;  // Cells of less than eight pixels are not told from texture.
+  constexpr double kMinScale_px = 4.0;  // Cells of less than eight pixels are not told from texture.
   if (refinement_options(structure, quality).num_rounds == 0) return 0;
   std::size_t levels = 1;
-  for (double scale_px = structure.empty() ? kPlainScale_px : structure.scale_px; scale_px >= 2.0 * kLeastScale_px;
+  for (double scale_px = structure.empty() ? kPlainScale_px : structure.scale_px; scale_px >= 2.0 * kMinScale_px;
        scale_px /= 2.0)
     ++levels;
   return levels;

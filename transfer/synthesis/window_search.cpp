@@ -91,7 +91,7 @@ class WindowSearch::Query {
   /// @param quarters  Whose values count.
   Query(const NeighborhoodProjection& projection, const TexelCost& cost, unsigned quarters, std::size_t size)
       : reach_(cost) {
-    std::array<std::int16_t, NeighborhoodProjection::kMostAppearances> appearances;
+    std::array<std::int16_t, NeighborhoodProjection::kMaxAppearances> appearances;
     const std::span<std::int16_t> around = std::span(appearances).first(size);
     cost.appearances(around);
     values_ = projection.of(around);

@@ -108,7 +108,7 @@ TEST(ReportPage, ListsFiguresCurvesAndWhatIsUndefinedBySection) {
 }
 
 TEST(ReportPage, FourFiguresThatAreZeroAreASentenceAndNoRowsThreeAreRows) {
-  for (const std::size_t count : {kFewestZeros - 1, kFewestZeros}) {
+  for (const std::size_t count : {kMinZeros - 1, kMinZeros}) {
     const TempFolder folder;
     Section section{.name = "places", .title = "Places", .figures = {{.name = "one", .title = "One", .value = 1.0}}};
     for (std::size_t i = 0; i < count; ++i)
@@ -116,8 +116,8 @@ TEST(ReportPage, FourFiguresThatAreZeroAreASentenceAndNoRowsThreeAreRows) {
     section.figures.push_back({.name = "w", .title = "Wide", .value = 0.0, .low = 0.0, .high = 2.0});
     HtmlPage page("Title");
     add_section(page, section, folder.path(), "A split in two");
-    EXPECT_EQ(page.text().find("<td>Z0</td>") != std::string::npos, count < kFewestZeros);
-    EXPECT_EQ(page.text().find("4 figures are 0: Z0; Z1; Z2; Z3.") != std::string::npos, count == kFewestZeros);
+    EXPECT_EQ(page.text().find("<td>Z0</td>") != std::string::npos, count < kMinZeros);
+    EXPECT_EQ(page.text().find("4 figures are 0: Z0; Z1; Z2; Z3.") != std::string::npos, count == kMinZeros);
     EXPECT_NE(page.text().find("<td>One</td>"), std::string::npos);
     EXPECT_NE(page.text().find("<td>Wide</td>"), std::string::npos);
     EXPECT_EQ(listed(std::span<const Section>(&section, 1))["figures"].size(), count + 2);

@@ -101,9 +101,9 @@ double drift_of_frame(const ImageF& frame, const ImageF& first, const std::vecto
 }
 
 constexpr const char* kAuto = R"("chart": "auto")";
-constexpr double kMostDrift = 0.3;  ///< CIEDE2000; a third of what is seen side by side.
+constexpr double kMaxDrift = 0.3;  ///< CIEDE2000; a third of what is seen side by side.
 /// A 3 x 3 matrix leaves one to two of smooth surfaces; photographs as they are differ by five and more.
-constexpr double kMostError = 2.5;
+constexpr double kMaxError = 2.5;
 
 TEST(ChartIngest, FramesHaveTheirTrueColorsWhateverExposureAndWhiteBalanceDid) {
   const TempFolder folder;
@@ -111,8 +111,8 @@ TEST(ChartIngest, FramesHaveTheirTrueColorsWhateverExposureAndWhiteBalanceDid) {
   const HistoryReader history = ingest(folder.path());
   const ImageF first = history.read_frame(0);
   for (int i = 0; i < 4; ++i) {
-    EXPECT_LT(error_of_frame(history.read_frame(i), patches), kMostError) << i;
-    EXPECT_LT(drift_of_frame(history.read_frame(i), first, patches), kMostDrift) << i;
+    EXPECT_LT(error_of_frame(history.read_frame(i), patches), kMaxError) << i;
+    EXPECT_LT(drift_of_frame(history.read_frame(i), first, patches), kMaxDrift) << i;
   }
   const Json chart = read_chart(folder / "out");
   const std::vector<ChartDrift> drift = chart_drift(chart);
@@ -132,7 +132,7 @@ TEST(ChartIngest, GivenCornersGiveWhatIsFound) {
     corners += (corners.empty() ? "[" : ", [") + number_text(c.x()) + ", " + number_text(c.y()) + "]";
   fs::remove_all(folder / "out");
   write_project(folder.path(), R"("chart": {"corners": [)" + corners + "]}");
-  EXPECT_LT(drift_of_frame(ingest(folder.path()).read_frame(1), found, photo.patches), kMostDrift);
+  EXPECT_LT(drift_of_frame(ingest(folder.path()).read_frame(1), found, photo.patches), kMaxDrift);
 }
 
 TEST(ChartIngest, APhotographWithoutAChartIsNamedWithWhatAllowsIt) {
@@ -168,7 +168,7 @@ TEST(ChartIngest, PhotographsOfTheChartAloneMayStandBesideTheFrames) {
   }
   write_project(folder.path(), R"("chart": {"photos": "charts/*.png"})");
   const HistoryReader history = ingest(folder.path());
-  EXPECT_LT(error_of_frame(history.read_frame(1), patches), kMostError);
+  EXPECT_LT(error_of_frame(history.read_frame(1), patches), kMaxError);
   fs::remove(folder / "charts/1.png");
   EXPECT_TRUE(has(ingest_error(folder.path()), "for each of the 2 images"));
 }
@@ -182,7 +182,7 @@ TEST(ChartIngest, AUsersTableIsTakenAtItsWord) {
             "," + number_text(patch.lab[1]) + "," + number_text(patch.lab[2]) + "\n";
   write_atomically(folder / "patches.csv", rows);
   write_project(folder.path(), R"("chart": {"table": "patches.csv", "white": "D65"})");
-  EXPECT_LT(error_of_frame(ingest(folder.path()).read_frame(3), patches), kMostError);
+  EXPECT_LT(error_of_frame(ingest(folder.path()).read_frame(3), patches), kMaxError);
 }
 
 TEST(ChartIngest, DeviationsHoldWhatTheChartLeaves) {

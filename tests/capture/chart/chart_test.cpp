@@ -211,7 +211,7 @@ std::optional<Color3> light_of(const ImageF& image, const ImageF& codes, const K
 }
 
 TEST(ChartFit, AnUnchangedPatchStaysWhileExposureAndWhiteBalanceDrift) {
-  constexpr double kMostPatchDrift = 0.3;  // A third of what is seen side by side.
+  constexpr double kMaxPatchDrift = 0.3;  // A third of what is seen side by side.
   const ChartTable table = classic();
   const int num_photos = is_nightly() ? 8 : 4;
   const std::uint32_t num_seeds = is_nightly() ? 4 : 1;
@@ -246,7 +246,7 @@ TEST(ChartFit, AnUnchangedPatchStaysWhileExposureAndWhiteBalanceDrift) {
         }
       }
       RecordProperty("worst_ciede2000_" + std::to_string(camera) + "_" + std::to_string(seed), std::to_string(worst));
-      EXPECT_LT(sum / count, kMostPatchDrift) << camera << " " << seed;
+      EXPECT_LT(sum / count, kMaxPatchDrift) << camera << " " << seed;
     }
   }
 }

@@ -62,7 +62,7 @@ double worst_error_px(const Json& alignment, const std::vector<HandheldPhoto>& t
 }
 
 // Half a pixel is what a person sees as blur where frames are averaged.
-constexpr double kMostError_px = 0.5;
+constexpr double kMaxError_px = 0.5;
 
 TEST(HandheldIngest, TurnedScaledCroppedAndTintedPhotographsLieWithinHalfAPixel) {
   const TempFolder folder;
@@ -71,7 +71,7 @@ TEST(HandheldIngest, TurnedScaledCroppedAndTintedPhotographsLieWithinHalfAPixel)
   (void)ingest(folder.path());
   const Json alignment = alignment_of(folder / "out");
   EXPECT_EQ(alignment.at("reference"), "000.png");
-  EXPECT_LT(worst_error_px(alignment, truth), kMostError_px);
+  EXPECT_LT(worst_error_px(alignment, truth), kMaxError_px);
   for (const Json& photo : alignment.at("photos")) EXPECT_EQ(photo.at("model"), "similarity");
   EXPECT_EQ(load_json(folder / "out/survey.json").at("alignment").at("photos").size(), truth.size());
 }
@@ -82,7 +82,7 @@ TEST(HandheldIngest, TiltedPhotographsBecomeHomographies) {
       write_handheld(known_history(5), {.least_scale = 0.9, .largest_tilt = 0.3, .seed = 4}, folder.path(), kFromFirst);
   (void)ingest(folder.path());
   const Json alignment = alignment_of(folder / "out");
-  EXPECT_LT(worst_error_px(alignment, truth), kMostError_px);
+  EXPECT_LT(worst_error_px(alignment, truth), kMaxError_px);
   int num_tilted = 0;
   for (const Json& photo : alignment.at("photos")) num_tilted += photo.at("model") == "homography";
   EXPECT_GE(num_tilted, 3);  // Some are drawn almost without tilt.
@@ -259,7 +259,7 @@ TEST(HandheldIngest, TheOutlineOfAnObjectLaysWhatHasNoDetailThatStays) {
                      R"("align": "outline", "align_to": "000.png", )");
   (void)ingest(folder.path());
   const Json alignment = alignment_of(folder / "out");
-  EXPECT_LT(worst_error_px(alignment, truth), kMostError_px);
+  EXPECT_LT(worst_error_px(alignment, truth), kMaxError_px);
   for (const Json& photo : alignment.at("photos")) EXPECT_EQ(photo.at("model"), "similarity");
 }
 
@@ -343,7 +343,7 @@ TEST(HandheldIngest, PrintedMarkersLayPhotographsAlsoTiltedOnes) {
                      {.least_scale = 0.9, .least_crop = 0.999, .largest_tilt = 0.3, .largest_tint = 0.1, .seed = 13},
                      folder.path(), R"("align": "markers", "align_to": "000.png", )");
   (void)ingest(folder.path());
-  EXPECT_LT(worst_error_px(alignment_of(folder / "out"), truth), kMostError_px);
+  EXPECT_LT(worst_error_px(alignment_of(folder / "out"), truth), kMaxError_px);
 }
 
 TEST(HandheldIngest, ASmallMarkerDoesNotCarryATiltedPhotographOver) {

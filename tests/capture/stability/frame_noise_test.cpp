@@ -76,7 +76,7 @@ TEST(FrameNoise, DeviationsAreHonestForAnyCameraAndAging) {
   // 0.8 to 1.25 is what goals.md asks of stated deviations.
   for (const Camera& camera : {Camera{1e-4, 0.0}, Camera{1e-6, 4e-4}, Camera{2e-5, 1e-4}}) {
     for (Aging aging : {Aging::None, Aging::Slow, Aging::Sudden}) {
-      for (int num_frames : {kFewestForNoise, 12, 40}) {
+      for (int num_frames : {kMinForNoise, 12, 40}) {
         const double z = robust_z(photograph(num_frames, camera, aging, 7));
         EXPECT_GT(z, 0.8) << camera.photon << " " << static_cast<int>(aging) << " " << num_frames;
         EXPECT_LT(z, 1.25) << camera.photon << " " << static_cast<int>(aging) << " " << num_frames;

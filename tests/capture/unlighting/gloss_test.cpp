@@ -23,7 +23,7 @@ namespace {
 // Goals of the toolkit for glossy surfaces, percent.
 constexpr double kBias = 1.0, kRms = 2.5;
 // Goals for errors over stated deviations, by the median.
-constexpr double kLeastZ = 0.8, kMostZ = 1.25;
+constexpr double kMinZ = 0.8, kMaxZ = 1.25;
 
 class GlossRemoval : public ::testing::TestWithParam<GlossSceneOptions> {};
 
@@ -33,10 +33,10 @@ TEST_P(GlossRemoval, IsTakenOutOfTheAlbedoWhoseDeviationsAreHonest) {
   EXPECT_LT(errors.bias.cwiseAbs().maxCoeff(), kBias);
   EXPECT_LT(errors.rms, kRms);
   EXPECT_GT(errors.determined, 0.98);
-  EXPECT_LT(errors.z, kMostZ);
+  EXPECT_LT(errors.z, kMaxZ);
   // Long tails lie on every sample; what foretelling left-out lamps cannot tell is then stated as too much.
   if (GetParam().lobe != LobeModel::Ggx) {
-    EXPECT_GT(errors.z, kLeastZ);
+    EXPECT_GT(errors.z, kMinZ);
   }
 }
 

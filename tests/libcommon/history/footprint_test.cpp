@@ -28,7 +28,7 @@ ImageF lines(int size, int period) {
 TEST(Footprint, OfOnePixelIsThatPixel) {
   const ImageF image = lines(32, 5);
   EXPECT_EQ(mean_over_footprint(image, {}, 1.0), image);
-  EXPECT_EQ(mean_over_footprint(image, {}, kLeastFootprint_px), image);
+  EXPECT_EQ(mean_over_footprint(image, {}, kMinFootprint_px), image);
 }
 
 TEST(Footprint, EverySampleOfALineSeesIt) {

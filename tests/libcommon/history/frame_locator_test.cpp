@@ -33,7 +33,7 @@ TEST(FrameLocator, EqualsTheSearchForUnevenStamps) {
                                                 {0.0, 1.0, 2.0, 3.0},
                                                 {-5.0, 0.0, 1e-5, 2e-5, 7.0, 1e6},
                                                 {0.1, 0.2, 0.30000000000000004, 0.7, 1.9, 2.0, 2.1},
-                                                {0.0, kLeastTimeStep},
+                                                {0.0, kMinTimeStep},
                                                 {-kFarthestTime, 0.0, kFarthestTime}};
   for (const std::vector<double>& times : stamps) {
     const testing_support::TempFolder folder;

@@ -228,7 +228,7 @@ TEST(TileMessages, StayWithinFourMegabytesAndSayWhichIsLast) {
   ASSERT_EQ(messages.size(), 3u);
   std::size_t count = 0;
   for (std::size_t i = 0; i < messages.size(); ++i) {
-    EXPECT_LE(messages[i].size(), kMostMessageBytes);
+    EXPECT_LE(messages[i].size(), kMaxMessageBytes);
     std::uint32_t size = 0;
     std::memcpy(&size, messages[i].data(), 4);
     EXPECT_EQ((4 + size) % 4, 0u);

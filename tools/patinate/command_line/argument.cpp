@@ -114,7 +114,7 @@ std::string help_text(const CommandDeclaration& command, bool is_all) {
       static_cast<std::size_t>(std::count_if(command.arguments.begin(), command.arguments.end(), is_own_option));
   const bool has_usual =
       std::any_of(command.arguments.begin(), command.arguments.end(), [](const auto& a) { return a.is_usual; });
-  const bool is_short = !is_all && has_usual && num_own > kMostOptionsOfHelp;
+  const bool is_short = !is_all && has_usual && num_own > kMaxOptionsOfHelp;
   std::string positionals, own, common;
   std::size_t num_left_out = 0;
   for (const ArgumentInfo& argument : command.arguments) {

@@ -74,7 +74,7 @@ struct CommandDeclaration {
 /// The usage line: "patinate lookup TRANSFER -o IMAGE [options]".
 [[nodiscard]] std::string usage_text(const CommandDeclaration& command);
 /// A command with more options of its own has a short --help, of its usual and required ones, beside --help-all.
-inline constexpr std::size_t kMostOptionsOfHelp = 12;
+inline constexpr std::size_t kMaxOptionsOfHelp = 12;
 /// What --help prints, or --help-all.
 [[nodiscard]] std::string help_text(const CommandDeclaration& command, bool is_all = false);
 

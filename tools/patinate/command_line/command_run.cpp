@@ -24,7 +24,7 @@ namespace patinate::cli {
 
 namespace {
 
-constexpr std::size_t kMostLines = 20;  ///< Of notes or problems at once; nobody reads more.
+constexpr std::size_t kMaxLines = 20;  ///< Of notes or problems at once; nobody reads more.
 
 long peak_megabytes() {
   rusage usage{};
@@ -230,8 +230,8 @@ void CommandRun::note(const std::string& text) {
 }
 
 void CommandRun::notes(const std::vector<std::string>& texts) {
-  for (std::size_t i = 0; i < std::min(kMostLines, texts.size()); ++i) note(texts[i]);
-  if (texts.size() > kMostLines) note("and " + std::to_string(texts.size() - kMostLines) + " more notes");
+  for (std::size_t i = 0; i < std::min(kMaxLines, texts.size()); ++i) note(texts[i]);
+  if (texts.size() > kMaxLines) note("and " + std::to_string(texts.size() - kMaxLines) + " more notes");
 }
 
 void CommandRun::detail(const std::string& text) {
@@ -240,9 +240,9 @@ void CommandRun::detail(const std::string& text) {
 
 void CommandRun::note_problems(const std::vector<std::string>& problems) {
   progress_.reset();
-  for (std::size_t i = 0; i < std::min(kMostLines, problems.size()); ++i) print_error(problems[i]);
-  if (problems.size() > kMostLines)
-    print_error("and " + std::to_string(problems.size() - kMostLines) + " more problems; --json lists all");
+  for (std::size_t i = 0; i < std::min(kMaxLines, problems.size()); ++i) print_error(problems[i]);
+  if (problems.size() > kMaxLines)
+    print_error("and " + std::to_string(problems.size() - kMaxLines) + " more problems; --json lists all");
 }
 
 void CommandRun::report_output(JobStatus status, const std::filesystem::path& output) {

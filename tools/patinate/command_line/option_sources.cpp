@@ -90,7 +90,7 @@ std::size_t behind_string(std::string_view text, std::size_t at) {
 /// thousands, and whoever frees them recurses until the stack ends. (Brackets within brackets the parser limits
 /// itself.)
 std::size_t line_of_deep_key(std::string_view text) {
-  constexpr int kMostDots = 8;
+  constexpr int kMaxDots = 8;
   int dots = 0;
   for (std::size_t at = 0; at < text.size();) {
     const char c = text[at];
@@ -103,7 +103,7 @@ std::size_t line_of_deep_key(std::string_view text) {
       continue;
     }
     dots = c == '.' ? dots + 1 : ends_key(c) ? 0 : dots;
-    if (dots > kMostDots)
+    if (dots > kMaxDots)
       return 1 +
              static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
     ++at;
@@ -119,8 +119,8 @@ class ConfigFile {
 
   void read() {
     app::require_exists(file_);
-    constexpr std::uint64_t kMostBytes = 1 << 20;
-    const std::string text = read_file(file_, kMostBytes);
+    constexpr std::uint64_t kMaxBytes = 1 << 20;
+    const std::string text = read_file(file_, kMaxBytes);
     if (const std::size_t line = line_of_deep_key(text); line > 0)
       throw IoError(file_, "line " + std::to_string(line) +
                                ": a key of so many parts is none of ours; expected NAME = VALUE below [COMMAND]");

@@ -11,8 +11,8 @@ namespace patinate::cli {
 namespace {
 
 constexpr const char* kFormat = "patinate.plan";
-constexpr std::size_t kMostWords = 10000;
-constexpr std::size_t kMostShown = 12;
+constexpr std::size_t kMaxWords = 10000;
+constexpr std::size_t kMaxShown = 12;
 
 Json item_json(std::size_t number, const PlannedItem& item) {
   Json outputs = Json::array();
@@ -54,12 +54,12 @@ std::string plan_text(const PlannedWork& work) {
   if (left.size() < work.items.size()) text += ", " + std::to_string(work.items.size() - left.size()) + " finished";
   if (!left.empty()) text += "; left: " + item_ranges_text(left);
   if (work.has_join) text += work.items.empty() ? "; join does all of the work" : "; then join";
-  for (std::size_t k = 0; k < left.size() && k < kMostShown; ++k) {
+  for (std::size_t k = 0; k < left.size() && k < kMaxShown; ++k) {
     const PlannedItem& item = work.items[left[k]];
     text += "\n  " + std::to_string(left[k]) + " " + item.name;
     if (!item.waits_for.empty()) text += ", waits for " + item_ranges_text(item.waits_for);
   }
-  if (left.size() > kMostShown) text += "\n  and " + std::to_string(left.size() - kMostShown) + " more";
+  if (left.size() > kMaxShown) text += "\n  and " + std::to_string(left.size() - kMaxShown) + " more";
   return text;
 }
 
@@ -73,7 +73,7 @@ PlanFile read_plan_file(const std::filesystem::path& file) {
                                      ", this is patinate " PATINATE_VERSION "; make the plan again");
   }
   PlanFile plan;
-  for (const JsonReader& word : json.member("command").elements(kMostWords)) plan.command.push_back(word.string());
+  for (const JsonReader& word : json.member("command").elements(kMaxWords)) plan.command.push_back(word.string());
   if (plan.command.empty()) json.member("command").fail("a verb and its arguments");
   plan.identity.file = file;
   plan.identity.key = json.member("key").string();

@@ -29,7 +29,7 @@ std::string factorize_command(const analysis::FactorizationTask& task) {
   return text + app::kAnyOutput;
 }
 
-constexpr double kLeastFollowed = 0.5;
+constexpr double kMinFollowed = 0.5;
 
 /// Of the greatest change of a history since its beginning.
 struct FollowedChange {
@@ -76,7 +76,7 @@ FollowedChange followed_change(const HistoryReader& history, const HistoryReader
 void note_poor_reconstruction(CommandRun& run, const HistoryReader& history, const HistoryReader& made,
                               const std::string& of) {
   const FollowedChange found = followed_change(history, made, of);
-  if (!(found.change > 0.0) || found.followed >= kLeastFollowed * found.change) return;
+  if (!(found.change > 0.0) || found.followed >= kMinFollowed * found.change) return;
   run.note("warning: the reconstruction has only " + percent_text(std::max(0.0, found.followed / found.change)) +
            " of the history's change at time " + short_number_text(found.time) + " " +
            shown_time_unit(history.manifest().time_unit) +

@@ -23,8 +23,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::array<std::string_view, 2> kAgedEndNames{"high", "low"};
-constexpr double kMostStretch = 0.01;  ///< Of a picture's sides against the atlas'.
-constexpr double kLeastKnown = 0.01;   ///< Of the covered texels: less is a mistake.
+constexpr double kMaxStretch = 0.01;  ///< Of a picture's sides against the atlas'.
+constexpr double kMinKnown = 0.01;    ///< Of the covered texels: less is a mistake.
 /// As they stand in the file; the others are made of linear color.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kRawChannels{
     {{"red", "R"}, {"green", "G"}, {"blue", "B"}}};
@@ -75,7 +75,7 @@ ImageF on_tiles(const fs::path& path, const TexelMap& map, const std::string_vie
     const ImageF image = raw != nullptr ? read_gray(file, std::string(*raw)) : read_color(file);
     const double stretch = static_cast<double>(image.width()) * sheet.tile_height /
                            (static_cast<double>(image.height()) * sheet.tile_width);
-    if (!(std::abs(stretch - 1.0) <= kMostStretch))
+    if (!(std::abs(stretch - 1.0) <= kMaxStretch))
       throw IoError(file.string(), "is " + size_text(image.width(), image.height()) +
                                        ", no picture of the atlas, which is square; for a photograph give --camera");
     if (notes != nullptr && image.width() != sheet.tile_width)
@@ -279,7 +279,7 @@ analysis::SurfaceReference read_surface_reference(const fs::path& path, const Re
   const double known = known_share(out.mask, map);
   out.name = path.lexically_normal().filename().string();
   if (out.name.empty()) out.name = path.lexically_normal().parent_path().filename().string();
-  if (!(known >= kLeastKnown))
+  if (!(known >= kMinKnown))
     throw InvalidInput(path.string() + ": shows " + percent_text(known) +
                        " of the mesh; are both in the same frame and unit, or of the same UVs?");
   if (!options.mask.empty()) apply_mask(out, options.mask, map);

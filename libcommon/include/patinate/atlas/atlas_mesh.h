@@ -37,12 +37,12 @@ struct UvLayout {
   std::string remark;   ///< Changes to the UVs that a user should know; "" = none.
 };
 
-inline constexpr double kMostOverlap = 0.05;  ///< Largest acceptable share of the covered texels.
-inline constexpr double kMostFlat = 0.01;     ///< Largest acceptable share of the area.
-inline constexpr double kMostLean = 0.25;     ///< UVs that leave [0, 1] by no more are scaled into it.
+inline constexpr double kMaxOverlap = 0.05;  ///< Largest acceptable share of the covered texels.
+inline constexpr double kMaxFlat = 0.01;     ///< Largest acceptable share of the area.
+inline constexpr double kMaxLean = 0.25;     ///< UVs that leave [0, 1] by no more are scaled into it.
 inline constexpr int kMaxTiles = 100;
 
-/// Finds the first that fits: all UVs in one square (leaning out by up to kMostLean, or a whole number of squares
+/// Finds the first that fits: all UVs in one square (leaning out by up to kMaxLean, or a whole number of squares
 /// away); UDIM, where every triangle lies in one of the squares 1001 + u + 10 v, u in 0..9, v in 0..99; a square per
 /// material, per node, or per surface, where they overlap together but not by themselves. Overlap is measured on 512 x
 /// 512 texels per square.

@@ -35,7 +35,7 @@ struct MemoryControl {
 struct MemoryHistoryImages {
   std::string name;
   std::string origin = "captured";           ///< One of kHistoryOriginNames.
-  std::optional<double> texel_size_mm = {};  ///< Within kLeastTexel_mm and kLargestTexel_mm (length_unit.h).
+  std::optional<double> texel_size_mm = {};  ///< Within kMinTexel_mm and kLargestTexel_mm (length_unit.h).
   TimeUnit time_unit = TimeUnit::Seconds;
   std::vector<MemoryFrame> frames;            ///< At least one.
   std::vector<MemoryControl> controls = {};   ///< Of different names.

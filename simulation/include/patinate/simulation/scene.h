@@ -43,8 +43,8 @@ struct ColorStop {
   Vec3 color{0.5, 0.5, 0.5};                        ///< Linear RGB, [0, 1].
   std::optional<Vec3> second_color = std::nullopt;  ///< As MaterialAppearance::second_color; none: `color`.
 };
-inline constexpr std::size_t kMostColorStops = 4;
-inline constexpr double kLeastColorStep = 0.01;  ///< Amounts between two stops.
+inline constexpr std::size_t kMaxColorStops = 4;
+inline constexpr double kMinColorStep = 0.01;  ///< Amounts between two stops.
 
 /// How an amount of a material looks on a surface [Guenther et al. 2012, sec. 4.5]. A "strength" b and a "variation" v
 /// weigh it by amount * b * (1 + v xi) with xi in [-1, 1) fixed per texel and material.
@@ -62,7 +62,7 @@ struct MaterialAppearance {
   /// Linear RGB where xi is 1; `color` where it is -1, blended between. Only with a grain and without a picture.
   std::optional<Vec3> second_color = std::nullopt;
   /// The color follows the amount, amount * (1 + v xi), in place of `color` and `second_color`: linearly from stop to
-  /// stop, and as the first and last before and behind them. Only without a picture. Empty, or 2 to kMostColorStops
+  /// stop, and as the first and last before and behind them. Only without a picture. Empty, or 2 to kMaxColorStops
   /// with rising amounts. Amounts grow with time, so that it is the color by age too: the younger rust is the thinner
   /// one.
   std::vector<ColorStop> colors = {};

@@ -88,15 +88,15 @@ class SurfaceAtlas {
   static constexpr std::uint32_t kMedianWeight = 256;
   static constexpr std::uint32_t kMaxWeight = 65535;
 
-  /// @throws InvalidInput if more of the covered texels than kMostOverlap (atlas_mesh.h) are wanted by two triangles
+  /// @throws InvalidInput if more of the covered texels than kMaxOverlap (atlas_mesh.h) are wanted by two triangles
   /// ("UVs overlap"), or none is covered.
   SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const RunControl& control = {});
 
   /// Objects of other sizes: all weights as they are when each object is `factors` times as large as it was when the
   /// atlas was made. Weights are still in parts of the texel of median size of that time.
-  /// @param factors  By object; in [1 / kMostScaling, kMostScaling], where weights keep two digits and a maximum.
+  /// @param factors  By object; in [1 / kMaxScaling, kMaxScaling], where weights keep two digits and a maximum.
   void set_scale_factors(std::span<const double> factors, const RunControl& control = {});
-  static constexpr double kMostScaling = 8.0;
+  static constexpr double kMaxScaling = 8.0;
 
   [[nodiscard]] const TileGrid& grid() const { return grid_; }
   [[nodiscard]] bool is_covered(TexelIndex t) const { return triangle_[t] >= 0; }

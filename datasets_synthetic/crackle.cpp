@@ -215,7 +215,9 @@ void describe(OptionVisitor& v, CrackleOptions& o) {
            "everywhere",
            "", between(0, 1)},
           o.simultaneity);
-  v.visit({"noise", "Standard deviation of the photographs' codes, 1 = full scale", "", between(0, 0.5)}, o.noise);
+  v.visit({"noise", "Standard deviation of the noise that is added to the photographs; 1 = full scale", "",
+           between(0, 0.5)},
+          o.noise);
   v.visit({"seed", "Every random choice derives from it", "", at_least(0)}, o.seed);
 }
 

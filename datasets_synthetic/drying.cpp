@@ -47,7 +47,9 @@ void describe(OptionVisitor& v, DryingOptions& o) {
           o.pores_min);
   v.visit({"texture", "How uneven the stone's color is; 0 = one color", "", between(0, 2)}, o.texture);
   v.visit({"gloss", "Strength of the lamp's reflection; 1 = water, 0 = none", "", between(0, 10)}, o.gloss);
-  v.visit({"noise", "Standard deviation of the photographs' codes, 1 = full scale", "", between(0, 0.5)}, o.noise);
+  v.visit({"noise", "Standard deviation of the noise that is added to the photographs; 1 = full scale", "",
+           between(0, 0.5)},
+          o.noise);
   v.visit({"seed", "Every random choice derives from it", "", at_least(0)}, o.seed);
 }
 

@@ -64,7 +64,9 @@ void describe(OptionVisitor& v, DustOptions& o) {
   v.visit({"unevenness", "Unevenness of glaze and dust; 0 = none", "", between(0, 2)}, o.unevenness);
   v.visit({"shading", "How far one side is lit more than others; 0 = light is even", "", between(0, 1)}, o.shading);
   v.visit({"gloss", "Strength of the lamp's reflection; 1 = glass, 0 = none", "", between(0, 10)}, o.gloss);
-  v.visit({"noise", "Standard deviation of the photographs' codes, 1 = full scale", "", between(0, 0.5)}, o.noise);
+  v.visit({"noise", "Standard deviation of the noise that is added to the photographs; 1 = full scale", "",
+           between(0, 0.5)},
+          o.noise);
   v.visit({"seed", "Every random choice derives from it", "", at_least(0)}, o.seed);
 }
 

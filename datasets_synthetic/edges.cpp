@@ -111,7 +111,9 @@ void write_edges_maps(const EdgesOptions& o, const fs::path& folder) {
 
 void describe(OptionVisitor& v, EdgesOptions& o) {
   v.visit({"patch", "Side of a patch", "px", between(16, 512)}, o.patch_px);
-  v.visit({"noise", "Standard deviation of the photographs' codes, 1 = full scale", "", between(0, 0.5)}, o.noise);
+  v.visit({"noise", "Standard deviation of the noise that is added to the photographs; 1 = full scale", "",
+           between(0, 0.5)},
+          o.noise);
   v.visit({"seed", "Every random choice derives from it", "", at_least(0)}, o.seed);
 }
 

@@ -78,7 +78,9 @@ void describe(OptionVisitor& v, PanelOptions& o) {
   v.visit({"roughness", "Roughness of the paint's gloss before exposure", "", between(0.05, 1)}, o.roughness);
   v.visit({"roughness_end", "Roughness of the paint's gloss at the end", "", between(0.05, 1)}, o.roughness_end);
   v.visit({"blur", "Standard deviation of the lens's blur", "px", between(0, 10)}, o.blur_px);
-  v.visit({"noise", "Standard deviation of the photographs' codes, 1 = full scale", "", between(0, 0.5)}, o.noise);
+  v.visit({"noise", "Standard deviation of the noise that is added to the photographs; 1 = full scale", "",
+           between(0, 0.5)},
+          o.noise);
   v.visit({"seed", "Every random choice derives from it", "", at_least(0)}, o.seed);
 }
 

@@ -46,7 +46,9 @@ void describe(OptionVisitor& v, PlateOptions& o) {
   v.visit({"lamp_y", "How far above the middle it stands in the photograph", "mm", between(-1e5, 1e5)}, o.lamp_y_mm);
   v.visit({"lamp_z", "How high it stands over the plate", "mm", above(0)}, o.lamp_z_mm);
   v.visit({"texture", "How uneven the colors are; 0 = one color each", "", between(0, 2)}, o.texture);
-  v.visit({"noise", "Standard deviation of the photographs' codes, 1 = full scale", "", between(0, 0.5)}, o.noise);
+  v.visit({"noise", "Standard deviation of the noise that is added to the photographs; 1 = full scale", "",
+           between(0, 0.5)},
+          o.noise);
   v.visit({"seed", "Every random choice derives from it", "", at_least(0)}, o.seed);
 }
 

@@ -83,10 +83,10 @@ std::vector<std::string> notes_of(const ExplanationReport& report) {
   std::vector<std::string> notes = report.task.reference.notes;
   const Explanation& found = report.found;
   if (found.is_coarse)
-    notes.push_back(
-        "the reference has a correlation range of " + short_number_text(rounded(found.range_mm, 3)) +
-        " mm, and blocks of " + short_number_text(rounded(found.block_mm, 3)) +
-        " mm are less than 2.5 times as wide: intervals are too narrow; p values were widened to compensate");
+    notes.push_back("blocks of " + short_number_text(rounded(found.block_mm, 3)) +
+                    " mm are too small for a reference that is correlated over " +
+                    short_number_text(rounded(found.range_mm, 3)) +
+                    " mm (2.5 times as much is needed): intervals are too narrow; p values were raised to compensate");
   return notes;
 }
 

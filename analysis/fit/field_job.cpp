@@ -260,23 +260,25 @@ void describe(OptionVisitor& v, FieldOptions& o) {
   v.visit({"waves", "Cosines along each side of a field; a field has at most the square of this number of parameters",
            "", between(1, 16)},
           o.waves);
-  v.visit({"levels", "Simulations with one value everywhere, over the range of a number", "", between(3, 65)},
+  v.visit({"levels", "Number of simulations with a uniform value, spread over the range of each number", "",
+           between(3, 65)},
           o.levels);
   v.visit({"sweeps", "Rounds over several numbers: in each round, every number is searched with the others fixed", "",
            between(1, 10)},
           o.sweeps);
-  v.visit({"places_size", "Longer side at which places are compared, as means over the surface", "px", between(8, 512)},
+  v.visit({"places_size", "Longer side of the grid on which places are compared; a cell is the mean of its surface",
+           "px", between(8, 512)},
           o.places_size);
   v.visit_choice({"places", "Whether the history's pixels show the places of the scene's atlas"}, o.places,
                  kFieldPlacesNames);
-  v.visit({"num_times", "Times compared, at most", "", between(2, 1024)}, o.num_times);
+  v.visit({"num_times", "Largest number of times at which they are compared", "", between(2, 1024)}, o.num_times);
   v.visit_choice({"clock", "Compare at equal times, or at equal shares of each history's span"}, o.clock, kClockNames);
   v.visit({"until", "Last time that is fitted, in the history's unit; later frames are held out for evaluation", "",
            Range{}},
           o.until);
-  v.visit(
-      {"size", "Longer side at which distributions of color are compared; 0 = as they are", "px", between(0, 65536)},
-      o.size);
+  v.visit({"size", "Images are reduced to this longer side before color distributions are compared; 0 = not reduced",
+           "px", between(0, 65536)},
+          o.size);
 }
 
 ObjectiveOptions objective_options(const FieldOptions& o) {

@@ -56,7 +56,7 @@ FitTerm parse_fit_term(const std::string& text) {
 
 void describe(OptionVisitor& v, ObjectiveOptions& o) {
   v.visit({"size", "Longer side at which the surfaces are compared; 0 = as they are", "px", between(0, 65536)}, o.size);
-  v.visit({"num_times", "Times at which they are compared, at most", "", between(2, 1024)}, o.num_times);
+  v.visit({"num_times", "Largest number of times at which they are compared", "", between(2, 1024)}, o.num_times);
   v.visit_choice({"clock", "Compare at equal times, or at equal shares of each history's span"}, o.clock, kClockNames);
   v.visit({"until", "Last time that is fitted, in the history's unit; later frames are held out for evaluation", "",
            Range{}},

@@ -230,8 +230,9 @@ HistoryWarning disagreement(const TimeSource& taken, const TimeSource& other, co
                                 ? " (" + std::to_string(outsiders.size()) + " of " + std::to_string(both.size()) +
                                       " photographs: " + some_of(warning.photos) + ")"
                                 : "";
-  warning.text = "times disagree" + count + ": " + file_name(photos[shown]) + " was taken " + value(taken) + ", " +
-                 value(other) + "; " + taken.name + (taken.name.starts_with("dates") ? " are" : " is") + " taken";
+  warning.text = "times disagree" + count + ": " + file_name(photos[shown]) + " is from " + value(taken) +
+                 ", but from " + value(other) + "; " + taken.name + (taken.name.starts_with("dates") ? " are" : " is") +
+                 " used";
   warning.cure = "give `interval`, or a list with times, if that is wrong";
   warning.share = 1.0;
   return warning;

@@ -322,9 +322,10 @@ Surface surface_of(const std::vector<ReliefPlace>& places, std::size_t num_stabl
 }  // namespace
 
 void describe(OptionVisitor& v, ReliefOptions& o) {
-  v.visit({"window_mm", "Diameter of the pieces of surface whose heights are compared; 0: about 60 points", "mm",
-           at_least(0)},
-          o.window_mm);
+  v.visit(
+      {"window_mm", "Diameter of the surface patches whose heights are compared; 0: wide enough for about 60 points",
+       "mm", at_least(0)},
+      o.window_mm);
   v.visit({"texel_mm", "Side of a pixel of the maps; 0: the spacing of the reference scan's points", "mm", at_least(0)},
           o.texel_mm);
   v.visit({"reach_mm", "Search distance along the normal; 0: two windows", "mm", at_least(0)}, o.reach_mm);

@@ -144,7 +144,8 @@ void judge_lights(UnlightResult& result) {
       result.notes.push_back("photograph " + std::to_string(k + 1) + " is saturated everywhere " + name +
                              " reaches; it is not used");
     } else if (used == 0) {
-      result.notes.push_back(name + " reaches no visible surface: it is behind the surface or in its shadow");
+      result.notes.push_back(
+          name + " lights nothing that the camera sees: the lamp is behind the surface, or the surface shades itself");
     } else if (static_cast<double>(of(SampleState::Darker)) > kMany * static_cast<double>(used)) {
       result.notes.push_back(
           name + ": " + fixed_percent_text(static_cast<double>(of(SampleState::Darker)) / static_cast<double>(used)) +

@@ -217,10 +217,9 @@ void describe(OptionVisitor& v, SurfaceOptions& o) {
   v.visit(
       {"plant_size", "Mean height of a plant, in the mesh's unit; 0 = 1/220 of the mesh's diagonal", "", at_least(0)},
       o.plant_size);
-  v.visit(
-      {"plant_cushion", "Diameter of the largest cushions in which plants stand, in heights of a plant; 0 = all alike",
-       "", between(0, 1000)},
-      o.plant_cushion);
+  v.visit({"plant_cushion", "Diameter of the largest cushions of plants, in plant heights; 0 = no cushions", "",
+           between(0, 1000)},
+          o.plant_cushion);
   v.visit({"environment_azimuth", "Turns the surroundings around the up axis; 0: their middle is behind the object",
            "deg", between(-3600, 3600)},
           o.environment_azimuth_deg);

@@ -99,7 +99,7 @@ class Times(unittest.TestCase):
         self.series({f"2020-05-28_1{i}-00-00.png": {"DateTimeOriginal": f"2020:05:28 1{2 * i}:00:00"} for i in range(4)}, time_unit="h")
         run = self.run_patinate("ingest", "capture.json", "-o", "out")
         self.assertEqual(self.times(), [0, 2, 4, 6])
-        self.assertRegex(run.stderr, r"times disagree.*_13-00-00\.png was taken 2020-05-28 16:00:00 by EXIF DateTimeOriginal .*2020-05-28 13:00:00 by dates in file names")
+        self.assertRegex(run.stderr, r"times disagree.*_13-00-00\.png is from 2020-05-28 16:00:00 by EXIF DateTimeOriginal .*2020-05-28 13:00:00 by dates in file names")
         self.assertEqual([w["about"] for w in json.loads((self.folder / "out/history.json").read_text())["warnings"] if "times disagree" in w["text"]], ["series"])
 
     def test_a_stated_interval_that_contradicts_dates_is_said(self):

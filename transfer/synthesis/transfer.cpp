@@ -209,8 +209,8 @@ void describe(OptionVisitor& v, TransferOptions& o) {
                   "regions; best: cut all of them"},
                  o.quality, kTransferQualityNames);
   v.visit_choice({"turning",
-                  "Allow copied pieces to turn against --flow, so that lines close where it turns; auto: only if lines "
-                  "run in all directions, like cracks"},
+                  "Copied pieces may be rotated relative to --flow, so that lines join; auto: only if lines run in all "
+                  "directions, like cracks"},
                  o.turning, kPieceTurningNames);
   v.visit_choice({"footprint", "Value of a texel that covers several pixels: their mean, or the pixel in the middle"},
                  o.footprint, kFootprintNames);

@@ -150,7 +150,7 @@ TEST(Unlight, ALampBehindTheObjectIsNamedAndDoesNoHarm) {
   scene.input.lights[5].position.z() *= -1.0;
   const UnlightResult result = unlight(scene.input);
   ASSERT_EQ(result.notes.size(), 1u);
-  EXPECT_TRUE(has(result.notes[0], "light 6 reaches no visible surface"));
+  EXPECT_TRUE(has(result.notes[0], "light 6 lights nothing that the camera sees"));
   EXPECT_LT(relative_error_percent(result, scene.albedo), kRoundingPercent);
 }
 

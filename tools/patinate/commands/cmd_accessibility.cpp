@@ -33,7 +33,8 @@ struct AccessibilityCommandOptions {
   HeightAccessibilityOptions maps;
 };
 void describe(OptionVisitor& v, AccessibilityCommandOptions& o) {
-  v.visit({"direction", "from the surface to the viewer whose height function it is"}, std::span<double>(o.direction));
+  v.visit({"direction", "direction from the surface to the viewer; heights are measured along it"},
+          std::span<double>(o.direction));
   v.visit({"camera",
            "OpenCV calibration with a pose, in the mesh's unit: heights are along its axis, and the maps in its view"},
           o.camera);

@@ -183,12 +183,14 @@ std::string change_text(const Json& report, const char* frames, const char* expl
   return field_figure(report.at("single").at(frames).at("by_place")) + " to " +
          field_figure(report.at("after").at(frames).at("by_place")) + " Delta E by place" +
          (share.is_null() ? ""
-                          : " (" + short_number_text(rounded(100.0 * share.get<double>(), 3)) + " % of its square)");
+                          : " (" + short_number_text(rounded(100.0 * share.get<double>(), 3)) +
+                                " % of the squared error explained)");
 }
 
 /// What was found, a line each.
 void tell_field(CommandRun& run, const Json& report) {
-  run.note("fitted frames, from the best single numbers to fields: " + change_text(report, "seen", "explained_seen"));
+  run.note("fitted frames, error with the best single numbers, then with fields: " +
+           change_text(report, "seen", "explained_seen"));
   if (!report.at("after").at("held_out").is_null())
     run.note("held-out frames: " + change_text(report, "held_out", "explained_held_out") + "; their colors " +
              field_figure(report.at("single").at("held_out").at("color_distribution")) + " to " +

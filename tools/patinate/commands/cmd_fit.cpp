@@ -144,8 +144,8 @@ void tell_fit(CommandRun& run, const Json& report) {
              " after; holding the last fitted frame: " + fit_figure(held_out.at("last_frame")));
   for (const Json& c :
        report.at("held_out").is_null() ? Json::array() : report.at("held_out").value("captures", Json::array()))
-    run.note("of " + c.at("name").get<std::string>() + ": " + fit_figure(c.at("before")) + " before, " +
-             fit_figure(c.at("after")) + " after; held: " + fit_figure(c.at("last_frame")));
+    run.note(c.at("name").get<std::string>() + ", held out: " + fit_figure(c.at("before")) + " before, " +
+             fit_figure(c.at("after")) + " after; holding the last fitted frame: " + fit_figure(c.at("last_frame")));
   for (const Json& p : report.at("parameters"))
     run.note(p.at("name").get<std::string>() + ": " + fit_figure(p.at("initial")) + " -> " + fit_figure(p.at("best")) +
              (p.at("unit") == "" ? "" : " " + p.at("unit").get<std::string>()) + "; " +

@@ -32,9 +32,9 @@ int cmd_unlight(CommandRun& run) {
   double predicted = 0.0;
   for (const Json& light : made.at("lights"))
     predicted += light.at("leave_one_out").at("rms").get<double>() / static_cast<double>(made.at("lights").size());
-  run.note(percent_text(determined / surface) + " of the surface determined; residual " +
-           percent_text(made.at("residual").get<double>()) + ", photographs predicted from the others " +
-           percent_text(predicted) + " off");
+  run.note("albedo is known for " + percent_text(determined / surface) + " of the surface; residual " +
+           percent_text(made.at("residual").get<double>()) +
+           "; photographs that are predicted from the others differ by " + percent_text(predicted));
   run.report_output(*status, output,
                     Json{{"determined_pixels", made.at("determined_pixels")},
                          {"surface_pixels", made.at("surface_pixels")},

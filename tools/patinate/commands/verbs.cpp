@@ -72,7 +72,7 @@ constexpr std::array kVerbs{
          .is_planned = false},
 
     Verb{.name = "unlight",
-         .brief = "Makes albedo and normals of photographs under known lights.",
+         .brief = "Makes albedo and normals from photographs under known lights.",
          .run = cmd_unlight,
          .group = kMeasuring},
     Verb{.name = "calibrate",

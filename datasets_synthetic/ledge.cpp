@@ -111,7 +111,7 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
     json["exchange"] = {{"ratio", 0.02}, {"rates", {{"water", 0.3}, {"dirt", 0.35}}}};
     json["rules"] = Json::array(
         {{{"name", "evaporation"}, {"driver", "water * (0.05 + 8*damp*damp*damp)"}, {"rate", 0.8}},
-         {{"name", "soot"}, {"driver", "max(0, 0.7 + 0.5*even - dirt)"}, {"rate", 0.1}, {"products", {{"dirt", 1}}}}});
+         {{"name", "soot"}, {"driver", "max(0, 0.55 + 0.9*even - dirt)"}, {"rate", 0.1}, {"products", {{"dirt", 1}}}}});
     json["events"] = Json::array({{{"iteration", 400}, {"op", "switch"}, {"target", "rain"}, {"on", true}},
                                   {{"iteration", 400}, {"op", "rule"}, {"target", "soot"}, {"rate", 0}}});
     json["run"] = {{"iterations", 800}, {"history_every", 100}, {"controls", {"hits", "dirt.final"}}};

@@ -190,7 +190,7 @@ std::string shown_time_unit(TimeUnit unit) { return unit == TimeUnit::Years ? "y
 TimeUnit parse_time_unit(const std::string& text) {
   if (text == "yr") return TimeUnit::Years;
   const auto it = std::find(kTimeUnitNames.begin(), kTimeUnitNames.end(), text);
-  if (it == kTimeUnitNames.end()) throw InvalidInput("time unit: found `" + text + "`; use s, min, h, d or yr");
+  if (it == kTimeUnitNames.end()) throw InvalidInput("time unit: found `" + text + "`; use s, min, h, d or a (years)");
   return static_cast<TimeUnit>(it - kTimeUnitNames.begin());
 }
 

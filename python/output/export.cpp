@@ -5,7 +5,6 @@
 
 #include "app/output/export_work.h"
 #include "app/request/history_library.h"
-#include "libcommon/core/temporary_file.h"
 #include "patinate/core/error.h"
 #include "python/bindings.h"
 #include "python/history/py_history.h"
@@ -31,11 +30,7 @@ void describe(OptionVisitor& v, ExportKeywords& o) {
   describe(v, o.axis);
 }
 
-/// What is exported: a folder, or what has one.
-struct Subject {
-  std::filesystem::path folder;
-  std::shared_ptr<const transfer::AgedMesh> aged = nullptr;  ///< In memory: saved for the time of the export.
-};
+}  // namespace
 
 Subject subject_from(const py::object& given) {
   if (py::isinstance<PyAged>(given)) {
@@ -44,13 +39,19 @@ Subject subject_from(const py::object& given) {
   }
   if (py::isinstance<PyHistory>(given)) {
     const std::filesystem::path folder = folder_of(py::cast<const PyHistory&>(given));
-    if (folder.empty()) throw InvalidInput("the history is in memory only: save it, and export its folder");
+    if (folder.empty()) throw InvalidInput("subject: the history is in memory only; save() it, and give its folder");
     return {.folder = folder};
   }
   return {.folder = path_from(given)};
 }
 
-}  // namespace
+std::filesystem::path place_of(const Subject& subject, std::optional<TemporaryFolder>& room,
+                               const RunControl& control) {
+  if (!subject.aged) return app::library_place(subject.folder);
+  room.emplace(std::filesystem::temp_directory_path(), "patinate_subject");
+  subject.aged->save(room->path() / "aged", {}, control.part(0.0, 0.0));
+  return room->path() / "aged";
+}
 
 FunctionText& times_text(FunctionText& text) {
   return text.keyword("time", "float | None", "None", "One time, in the history's unit")
@@ -101,14 +102,8 @@ void bind_export(py::module_& module) {
     const RunArguments run = keywords.run();
     keywords.finish();
     run_interruptibly(run, [=](const RunControl& control) mutable {
-      std::optional<TemporaryFolder> saved;
-      if (given.aged) {
-        saved.emplace(std::filesystem::temp_directory_path(), "patinate_export");
-        task.subject = saved->path() / "aged";
-        given.aged->save(task.subject, {}, control.part(0.0, 0.0));
-      } else {
-        task.subject = app::library_place(task.subject);
-      }
+      std::optional<TemporaryFolder> room;
+      task.subject = place_of(given, room, control);
       task.devices = app::output_devices(device.options(), device.words());
       app::make_output(app::export_work(task, control), force, control);
     });

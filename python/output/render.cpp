@@ -95,7 +95,7 @@ void set_subject(const py::object& subject, app::RenderTask& task) {
   if (py::isinstance<PyAged>(subject))
     task.mesh = std::make_shared<const app::AgingMesh>(app::aging_mesh_of(py::cast<const PyAged&>(subject).value));
   else
-    task.subject = path_from(subject);
+    task.subject = subject_from(subject).folder;
 }
 
 /// The picture as an array.
@@ -109,11 +109,12 @@ py::object picture_of(app::RenderTask task, const py::object& subject, const Run
 
 void write_picture(app::RenderTask task, const py::object& subject, const py::object& output, bool force,
                    const RunArguments& run) {
-  task.subject = path_from(subject);
+  const Subject given = subject_from(subject);
   task.output = path_from(output);
   if (task.output.empty()) throw InvalidInput("output: is empty; expected the name of a picture or movie");
   run_interruptibly(run, [=](const RunControl& control) mutable {
-    task.subject = app::library_place(task.subject);
+    std::optional<TemporaryFolder> room;
+    task.subject = place_of(given, room, control);
     app::make_output(app::render_work(std::move(task)), force, control);
   });
 }
@@ -124,9 +125,9 @@ void bind_render(py::module_& module) {
   FunctionText text("render",
                     "A picture of what ages: what `patinate render` writes, to a file, or without one as an array. A "
                     "file that is up to date stays as it is.");
-  text.takes("subject", "AgedMesh | str | os.PathLike[str]",
-             "The path of a transfer, a simulation, a history, or a mesh with a texture; for an array also what "
-             "transfer() gave, of which color is shown, or read_transfer()")
+  text.takes("subject", "AgedMesh | History | str | os.PathLike[str]",
+             "A transfer or a history, opened or made here, or the path of a transfer, a simulation, a history, or a "
+             "mesh with a texture")
       .takes("output", "str | os.PathLike[str] | None",
              "Image to make: .png, .jpg, .tif or .exr; of a transfer or simulation also a movie (.mp4, .webm, .gif) or "
              "images aged_%04d.png; None: an array is returned",

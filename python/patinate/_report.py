@@ -31,6 +31,9 @@ class Report(dict):
         import pandas
         return pandas.DataFrame(self.rows())
 
+    def __repr__(self):
+        return "Report(" + ", ".join(f"{name}={_short(value)}" for name, value in self.items()) + ")"
+
     def _repr_html_(self):
         from html import escape
         rows = self.rows()
@@ -44,6 +47,11 @@ class Report(dict):
 
 def _text(value):
     return "" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _short(value):
+    shape = getattr(value, "shape", ())
+    return f"<{' x '.join(map(str, shape))}>" if shape else repr(value)
 
 
 def _is_plain(value):

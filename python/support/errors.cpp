@@ -48,7 +48,8 @@ std::string with_keywords(const std::string& text) {
     if (name == "force") out += "=True";
     end = static_cast<std::size_t>(found.position() + found.length());
   }
-  return out + text.substr(end);
+  out += text.substr(end);
+  return out.starts_with("-o: ") ? "output" + out.substr(2) : out;
 }
 
 void translate(std::exception_ptr pointer) {

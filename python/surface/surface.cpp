@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "libcommon/core/text.h"
 #include "patinate/controls/control_kinds.h"
 #include "patinate/image/image_io.h"
 #include "python/bindings.h"
@@ -52,6 +53,11 @@ void bind_control(py::module_& module) {
     return out;
   });
   define_copies(type);
+  define_method(type, FunctionText("__repr__", "In a line.").returns("str"), [](const ControlMap& map) {
+    return "<patinate.ControlMap: " + std::to_string(map.values.width()) + " x " + std::to_string(map.values.height()) +
+           ", " + short_number_text(map.low) + " to " + short_number_text(map.high) +
+           (map.unit.empty() ? "" : " " + map.unit) + ">";
+  });
   type.def(py::pickle(
       [](const ControlMap& map) {
         return py::make_tuple(array_of(ImageF(map.values)), map.low, map.high, map.unit, map.has_file, map.notes);
@@ -110,6 +116,10 @@ void bind_surface(py::module_& module) {
     return PyMesh{std::shared_ptr<const Mesh>(s.value.map, &s.value.map->mesh())};
   });
   define_copies(type);
+  define_method(type, FunctionText("__repr__", "In a line.").returns("str"), [](const PySurface& s) {
+    return "<patinate.Surface `" + s.value.name + "`: " + std::to_string(s.value.map->width()) + " x " +
+           std::to_string(s.value.map->height()) + " texels>";
+  });
   define_property(type, "width", "int", "Texels.", [](const PySurface& s) { return s.value.map->width(); });
   define_property(type, "height", "int", "Texels.", [](const PySurface& s) { return s.value.map->height(); });
   define_property(type, "texel_size_mm", "float", "Median over the surface of the length of a texel.",

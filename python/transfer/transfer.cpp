@@ -82,6 +82,15 @@ ControlMap laid_map(const ControlMap& given, const std::string& name, const Texe
                      " x " + std::to_string(map.width()) + " texels (Surface(mesh) says where they lie)");
 }
 
+PyHistory history_from(const py::object& given) {
+  if (py::isinstance<PyHistory>(given)) return py::cast<const PyHistory&>(given);
+  if (!py::isinstance<py::str>(given) && !py::hasattr(given, "__fspath__"))
+    wrong_type(kFunction, "history", given, "a History, or the path of one");
+  const std::string path = path_from(given);
+  return {result_of(
+      {}, [=](const RunControl&) { return std::make_shared<const HistoryReader>(app::library_place(path)); })};
+}
+
 PyAged transferred(const PyHistory& history, const py::object& destination, const py::object& given,
                    const py::kwargs& kwargs) {
   Keywords keywords(kFunction, kwargs);
@@ -342,7 +351,7 @@ void bind_transfer(py::module_& module) {
       FunctionText(
           kFunction,
           "Ages a mesh as a history aged: for every texel the place of the history that it shows, once for all times.")
-          .takes("history", "History", "With at least one control")
+          .takes("history", "History | str | os.PathLike[str]", "With at least one control; or the path of one")
           .takes("destination", "Mesh | Surface", "A Surface keeps its texels; of a Mesh the keywords make one")
           .takes(
               "controls", "str | Sequence[str] | Mapping[str, str | ControlMap | npt.ArrayLike]",
@@ -353,8 +362,8 @@ void bind_transfer(py::module_& module) {
           .runs()
           .returns("AgedMesh")
           .raises("ParseError if a control cannot be read; InvalidInput; IoError"),
-      [](const PyHistory& history, const py::object& destination, const py::object& controls,
-         const py::kwargs& kwargs) { return transferred(history, destination, controls, kwargs); });
+      [](const py::object& history, const py::object& destination, const py::object& controls,
+         const py::kwargs& kwargs) { return transferred(history_from(history), destination, controls, kwargs); });
 }
 
 }  // namespace patinate::python

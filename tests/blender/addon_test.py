@@ -216,6 +216,25 @@ print("SAID", json.dumps([size, max(thing.dimensions), done, links, Layout.said]
         self.assertIn(["TEX_ENVIRONMENT", "BACKGROUND"], said[3])
         self.assertEqual(said[4], ["history", "Time (s)", "3 images, scale 1", "object.patinate_reload", "import_scene.patinate", "world.patinate_environment"])
 
+    def test_a_blend_that_moves_with_its_textures_finds_them(self):
+        shutil.copytree(self.shared / "aged", self.folder / "here/aged")
+        shutil.copytree(self.shared / "history", self.folder / "here/history")
+        said = self.blender(f"""
+import os
+bpy.ops.wm.save_as_mainfile(filepath=os.path.abspath("here/all.blend"))
+name = patinate_blender.load(os.path.abspath("here/aged"), program={PATINATE!r}, num_times=2).name
+bpy.ops.wm.save_mainfile()
+os.rename("here", "there")
+bpy.ops.wm.open_mainfile(filepath=os.path.abspath("there/all.blend"))
+def found():
+    node = next(n for n in bpy.data.objects[name].data.materials[0].node_tree.nodes if n.type == "TEX_IMAGE")
+    return os.path.exists(node.image.filepath_from_user()), bpy.data.objects[name]["patinate_path"]
+first = found()
+patinate_blender.reload(bpy.data.objects[name], program={PATINATE!r}, num_times=3)
+print("SAID", json.dumps([first, found(), os.path.exists("here")]))
+""")
+        self.assertEqual(said, [[True, "//aged"], [True, "//aged"], False])
+
     def test_what_is_none_of_ours_is_one_line(self):
         said = self.blender("""
 lines = []

@@ -99,6 +99,8 @@ class Objects(PythonCase):
         curve = next(iter(report.colors.curves.values()))
         self.assertEqual(len(curve.rows()), len(curve.x))
         self.assertIn("color_distribution", report._repr_html_())
+        self.assertLess(len(repr(report.look)), 10000)  # Shapes of pictures, not their pixels.
+        self.assertRegex(repr(self.surface), "Surface `.*`: 48 x 48 texels")
 
     def test_grades_are_a_row_a_time(self):
         graded = patinate.grade(self.history, edge_mm=0)

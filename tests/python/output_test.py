@@ -98,6 +98,19 @@ class Output(PythonCase):
         self.line_of(patinate.CannotComplete, lambda: patinate.export(self.work / "aged", self.work / "kept.obj", time=0))
         patinate.export(self.work / "aged", self.work / "kept.obj", time=0, force=True)
 
+    def test_what_is_open_or_in_memory_becomes_the_files_of_its_folder(self):
+        history, aged = patinate.read_history(self.work / "history"), patinate.read_transfer(self.work / "aged")
+        made = patinate.transfer(self.work / "history", patinate.read_mesh(self.work / "urn/mesh.obj"), "facing", resolution=64)
+        view = {"time": 0, "width": 48, "height": 48, "samples": 1}
+        for name, subject, folder in (("history", history, "history"), ("opened", aged, "aged"), ("made", made, "aged")):
+            with self.subTest(subject=name):
+                patinate.render(subject, self.work / f"{name}.png", **view)
+                patinate.render(self.work / folder, self.work / f"{name}_of_folder.png", **view)
+                np.testing.assert_array_equal(patinate.read_color(self.work / f"{name}.png"), patinate.read_color(self.work / f"{name}_of_folder.png"))
+        in_memory = patinate.history_from_arrays([history.frame(0)], [0.0])
+        self.assertIn("save()", self.line_of(patinate.InvalidInput, lambda: patinate.render(in_memory, self.work / "x.png")))
+        self.assertTrue(self.line_of(patinate.InvalidInput, lambda: patinate.export(self.work / "aged", self.work / "x.fbx")).startswith("output: "))
+
 
 if __name__ == "__main__":
     main()

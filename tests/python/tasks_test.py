@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The examples of docs/examples/python, each in a process of its own as a reader would start it, and what they leave. Usage: tasks_test.py PATINATE FOLDER"""
 import csv
+import json
 import os
 import pathlib
 import shutil
@@ -51,6 +52,11 @@ class Tasks(PythonCase):
         self.assertEqual((self.work / "photographs/again.hints.txt").read_bytes(), (self.work / "photographs/capture.hints.txt").read_bytes())
         self.run_patinate("ingest", "photographs", "-o", "by_command")
         self.same_files("from_photographs", "by_command")
+        project = self.json_of("photographs", "capture.json")
+        project["frames"]["interval"] = 1000
+        (self.work / "photographs/capture.json").write_text(json.dumps(project))
+        self.example("photographs_to_history", "photographs", "from_photographs")
+        self.assertEqual(patinate.read_history(self.work / "from_photographs").times[1], 1000)
 
     def test_control_maps(self):
         self.example("control_maps", "urn/mesh.obj", "maps")

@@ -168,10 +168,15 @@ def fraction_expression(times):
     return f"{place} - {step_expression(times)}"
 
 
+def from_blend(path):
+    """A path as it stays true when the saved .blend moves together with it."""
+    return bpy.path.relpath(str(path)) if bpy.data.filepath else str(path)
+
+
 def sequence_node(nodes, material, files, color_space, owner, times, later):
     """The image at the time, or (later) the one that follows."""
     node = nodes.new("ShaderNodeTexImage")
-    node.image = bpy.data.images.load(str(files[0]), check_existing=True)
+    node.image = bpy.data.images.load(from_blend(files[0]), check_existing=True)
     node.image.colorspace_settings.name = color_space
     node.extension = "EXTEND"
     if len(files) < 2:
@@ -205,7 +210,7 @@ def make_material(name, maps, owner, times):
     material.use_nodes = True
     nodes, links = material.node_tree.nodes, material.node_tree.links
     shader = nodes["Principled BSDF"]
-    shader.inputs["Specular"].default_value = 0.5
+    (shader.inputs.get("Specular") or shader.inputs["Specular IOR Level"]).default_value = 0.5  # Its name from Blender 4.0 on.
     outputs = {kind: map_output(material, files_at, COLOR_SPACES[kind], owner, times) for kind, files_at in maps.items()}
     links.new(outputs["color"], shader.inputs["Base Color"])
     shader.inputs["Roughness"].default_value = 0.8
@@ -242,7 +247,8 @@ def make_mesh(described):
     if described["normals"] is not None:
         mesh.polygons.foreach_set("use_smooth", [True] * len(mesh.polygons))
         mesh.normals_split_custom_set(described["normals"].reshape(-1, 3).tolist())
-        mesh.use_auto_smooth = True
+        if hasattr(mesh, "use_auto_smooth"):  # Needless from Blender 4.1 on.
+            mesh.use_auto_smooth = True
     mesh.update()
     return mesh
 
@@ -279,7 +285,7 @@ def read(path, program, num_times, cache):
     """@returns what was exported, the folder, and where textures lie."""
     folder, kind = subject_of(path)
     beside = pathlib.Path(bpy.data.filepath).parent if bpy.data.filepath else folder.resolve().parent
-    cache = (pathlib.Path(cache) if cache else beside / "patinate_textures").absolute()
+    cache = (pathlib.Path(bpy.path.abspath(str(cache))) if cache else beside / "patinate_textures").absolute()
     return export(program or default_program(), folder, kind, cache, num_times), folder.resolve(), cache
 
 
@@ -300,7 +306,7 @@ def load(path, program=None, num_times=24, frame_start=None, frame_end=None, cac
         part["patinate_mesh"] = mesh["name"]
         if part != owner:
             part.parent = owner
-    owner["patinate_path"], owner["patinate_cache"], owner["patinate_images"] = str(folder), str(cache), num_times
+    owner["patinate_path"], owner["patinate_cache"], owner["patinate_images"] = from_blend(folder), from_blend(cache), num_times
     build(owner, described, folder.name, scale or described.default_scale)
     for part in dict.fromkeys([owner, *thing]):
         scene.collection.objects.link(part)
@@ -337,7 +343,10 @@ def set_environment(path, strength=1.0):
     nodes = world.node_tree.nodes
     picture = nodes.get("patinate environment") or nodes.new("ShaderNodeTexEnvironment")
     picture.name, picture.location = "patinate environment", (-300, 300)
-    picture.image = bpy.data.images.load(str(path), check_existing=True)
+    try:
+        picture.image = bpy.data.images.load(from_blend(path), check_existing=True)
+    except RuntimeError as error:
+        raise Failure(str(error).strip()) from None
     background = next((node for node in nodes if node.type == "BACKGROUND"), None) or nodes.new("ShaderNodeBackground")
     background.inputs["Strength"].default_value = strength
     output = next((node for node in nodes if node.type == "OUTPUT_WORLD"), None) or nodes.new("ShaderNodeOutputWorld")
@@ -427,8 +436,8 @@ class SetEnvironment(bpy.types.Operator, ImportHelper):
     def execute(self, _context):
         try:
             set_environment(self.filepath, self.strength)
-        except RuntimeError as error:
-            self.report({"ERROR"}, str(error).strip())
+        except Failure as failure:
+            self.report({"ERROR"}, str(failure))
             return {"CANCELLED"}
         return {"FINISHED"}
 
@@ -441,10 +450,12 @@ class AgingPanel(bpy.types.Panel):
     def draw(self, context):
         layout, thing = self.layout, owner_of(context.object)
         if thing:
-            layout.label(text=pathlib.Path(thing["patinate_path"]).name)
+            layout.label(text=pathlib.Path(bpy.path.abspath(thing["patinate_path"])).name)
             layout.prop(thing, '["patinate_time"]', text=f"Time ({thing['patinate_time_unit']})")
             layout.label(text=f"{thing['patinate_images']} images, scale {thing['patinate_scale']:.3g}")
             layout.operator(ReloadAging.bl_idname)
+        else:
+            layout.label(text="Select an imported object, or import one")
         layout.operator(ImportAging.bl_idname, text="Import")
         layout.operator(SetEnvironment.bl_idname)
 

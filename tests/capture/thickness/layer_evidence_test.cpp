@@ -80,7 +80,7 @@ TEST(LayerEvidence, AHoleWiderThanTheWindowIsNamedWithAWindowThatFillsIt) {
   const auto warnings = warnings_of(map, options);
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_EQ(warnings[0].about, WarningSubject::Control);
-  EXPECT_NE(warnings[0].text.find("gone in 4."), std::string::npos) << warnings[0].text;
+  EXPECT_NE(warnings[0].text.find("missing in 4."), std::string::npos) << warnings[0].text;
   EXPECT_NE(warnings[0].cure.find("--spatial-sigma"), std::string::npos) << warnings[0].cure;
   ASSERT_GT(map.evidence.filling_sigma_px, kWindow_px);
   const ThicknessOptions proposed = with_window(map.evidence.filling_sigma_px);

@@ -37,7 +37,7 @@ def version():
 def wheel_files(installed, data):
     """(place in the wheel, file): the module at its top, everything else below the environment's folder."""
     for path in sorted(installed.rglob("*")):
-        if path.is_file():
+        if path.is_file() and "doc" not in path.relative_to(installed).parts:  # Those are Debian's.
             inside = path.relative_to(installed)
             parts = inside.parts
             yield ("/".join(parts[3:]) if parts[2:3] == ("dist-packages",) else f"{data}/data/{inside}"), path
@@ -49,7 +49,8 @@ TAG = f"{TAG}-{TAG}-{re.sub('[-.]', '_', sysconfig.get_platform())}"
 
 def metadata():
     """Texts of the .dist-info folder."""
-    return {"METADATA": f"Metadata-Version: 2.1\nName: patinate\nVersion: {version()}\nSummary: How materials age\nRequires-Dist: numpy\n",
+    return {"METADATA": f"Metadata-Version: 2.1\nName: patinate\nVersion: {version()}\nSummary: How materials age\nLicense: MIT\n"
+                        f"Requires-Python: =={sys.version_info.major}.{sys.version_info.minor}.*\nRequires-Dist: numpy\n",
             "WHEEL": f"Wheel-Version: 1.0\nGenerator: patinate\nRoot-Is-Purelib: false\nTag: {TAG}\n"}
 
 

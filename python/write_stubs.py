@@ -6,7 +6,7 @@ import patinate
 
 HEAD = '''"""How materials age: histories of photographs, transfers to meshes, simulation, comparison. Generated; help(patinate) says more."""
 import os
-from typing import Any, Callable, Literal, Mapping, Sequence
+from typing import Any, Callable, Iterator, Literal, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt

@@ -201,6 +201,9 @@ void bind_history(py::module_& module) {
           throw py::index_error("frame " + std::to_string(index) + " of " + std::to_string(h.value->num_frames()));
         return array_of(result_of({}, [=](const RunControl&) { return h.value->read_frame(from_start); }));
       });
+  define_method(type,
+                FunctionText("__iter__", "Its frames, one after another.").returns("Iterator[npt.NDArray[np.float32]]"),
+                [](const py::object& self) { return py::reinterpret_steal<py::object>(PySeqIter_New(self.ptr())); });
   define_method(type, FunctionText("__repr__", "In a line.").returns("str"), [](const PyHistory& h) {
     const HistoryFacts& f = h.value->facts();
     return "<patinate.History `" + f.name + "`: " + std::to_string(f.frames.size()) + " frames of " +

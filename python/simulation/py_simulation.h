@@ -79,9 +79,9 @@ class PySimulation {
     if (count < 0) throw InvalidInput("count: " + std::to_string(count) + " is out of range; use >= 0");
     alone(run, [state = state_.get(), count](simulation::Simulation& s, const RunControl& control) {
       for (std::int64_t i = 0; i < count; ++i) {
-        control.throw_if_stopped();  // Between two steps nothing is lost.
-        state->is_lost = true;
-        s.step(control.silent());
+        control.throw_if_stopped();
+        state->is_lost = true;  // By what an iteration throws. It is not interrupted, so that the state stays whole.
+        s.step({.on_progress = {}, .stop = {}, .num_threads = control.num_threads});
         state->is_lost = false;
         control.report(static_cast<double>(i + 1) / static_cast<double>(count));
       }

@@ -86,7 +86,7 @@ void define_run(SimulationClass& type) {
       FunctionText("step", "Iterations: events of the scene, tracing, exchange, response, rules.")
           .keyword("count", "int", "1", "How many (>= 0)")
           .runs()
-          .raises("KeyboardInterrupt on Ctrl-C; within an iteration the state is then lost: restore() a snapshot"),
+          .raises("KeyboardInterrupt on Ctrl-C; the iteration under way is finished first, and the state is whole"),
       [](PySimulation& s, const py::kwargs& kwargs) {
         Keywords keywords("step", kwargs);
         const std::int64_t count = keywords.integer("count", 1);

@@ -53,7 +53,7 @@ class Factorize(unittest.TestCase):
 
     def test_the_folder_is_known_to_info_and_validate_and_stands_for_its_history(self):
         self.assertIn("1, not observed", patinate("info", "factors").stdout)
-        self.assertIn("70 s: seen by nobody", patinate("info", "factors/history").stdout)
+        self.assertIn("70 s: not observed", patinate("info", "factors/history").stdout)
         self.assertEqual(patinate("validate", "factors").returncode, 0)
         result = patinate("history", "compare", "plate", "factors", "--num-resamples", 0, "-o", "report", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)

@@ -148,7 +148,7 @@ class Fit(unittest.TestCase):
             self.assertIn(said, page)
         self.assertTrue(list((WORK / "paged/curves").glob("*hits*.svg")))
         # Only a scene that begins with another color is off before anything has aged, whatever its rates are.
-        begins = "the error of the scene's initial surface"
+        begins = "initial surface, which the varied parameters do not change"
         self.assertNotIn(begins, page)
         gray = changed()
         gray["presets"] = {"gray": {"composition": {"metal": 1.0}, "color": [0.2, 0.2, 0.2]}}
@@ -279,8 +279,8 @@ class Fit(unittest.TestCase):
         result = patinate(*command, "--scene-of", "shaded=scenes/shaded.json", "--until", 4, "-o", "treated", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual([p["initial"] for p in json.loads(result.stdout)["parameters"]], [0.1, 0.8, 0.3])
-        self.assertIn("frames after 4 h, which were not seen: ", result.stderr)
-        self.assertRegex(result.stderr, "of shaded: .* before, .* after; held: ")
+        self.assertIn("frames after 4 h (held out): ", result.stderr)
+        self.assertRegex(result.stderr, "shaded, held out: .* before, .* after; holding the last fitted frame: ")
         # Fits of several are ranked among themselves: their case is all of their histories.
         self.assertEqual(patinate(*command, "--until", 4, "-o", "other").returncode, 0)
         result = patinate("fit", "rank", "treated", "other", "-o", "no_ranking")

@@ -120,7 +120,7 @@ def smaller(line, page=""):
         line = re.sub(rf"--{option} \d+", f"--{option} {number}", line)
     line = re.sub(r"--items 0-\d+", "--items 0-13", line)  # As many as the small capture has.
     line = re.sub(r"--at \d+,\d+", "--at 12,8", line)
-    if re.match("patinate synth (ledge|fence)", line):  # Whose width is a length.
+    if re.match("patinate synth (ledge|fence|panel)", line):  # Whose width is a length, or which has an edge of 10 mm.
         line = "env -u PATINATE_WIDTH -u PATINATE_HEIGHT " + line
     for name, stands_for in {**NAMES, **({"HISTORY": "paint"} if page == "docs/output.md" else {})}.items():
         line = re.sub(rf"(?<![\w-]){name}(?![\w-])", stands_for, line)

@@ -15,7 +15,7 @@ namespace patinate::app {
 
 namespace {
 
-/// What its frames say of the surface beside color; nothing where they say nothing that pictures show.
+/// Color and all other maps of the surface at a time; empty if the history has none that pictures show.
 std::function<SurfaceMaps(double time, const RunControl& control)> surface_maps_of(
     const std::shared_ptr<const transfer::AgedMesh>& aged, double mm_per_unit) {
   const std::vector<MaterialMap> maps = material_maps(aged->shown->facts());

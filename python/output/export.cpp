@@ -32,7 +32,7 @@ void describe(OptionVisitor& v, ExportKeywords& o) {
 
 }  // namespace
 
-Subject subject_from(const py::object& given) {
+Subject subject_from(const std::string& function, const py::object& given) {
   if (py::isinstance<PyAged>(given)) {
     const auto& aged = py::cast<const PyAged&>(given);
     return {.folder = aged.path, .aged = aged.path.empty() ? aged.value : nullptr};
@@ -42,6 +42,8 @@ Subject subject_from(const py::object& given) {
     if (folder.empty()) throw InvalidInput("subject: the history is in memory only; save() it, and give its folder");
     return {.folder = folder};
   }
+  if (!py::isinstance<py::str>(given) && !py::hasattr(given, "__fspath__"))
+    wrong_type(function, "subject", given, "an AgedMesh, a History or a path");
   return {.folder = path_from(given)};
 }
 
@@ -89,7 +91,7 @@ void bind_export(py::module_& module) {
     Keywords keywords("export", kwargs);
     ExportKeywords options;
     keywords.read(options);
-    const Subject given = subject_from(subject);
+    const Subject given = subject_from("export", subject);
     app::ExportTask task{.subject = given.folder,
                          .output = path_from(output),
                          .times = times_from(keywords),

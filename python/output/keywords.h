@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "app/request/times_choice.h"
 #include "libcommon/core/temporary_file.h"
@@ -24,7 +25,7 @@ struct Subject {
   std::shared_ptr<const transfer::AgedMesh> aged = nullptr;  ///< In memory only.
 };
 /// @throws InvalidInput for a history in memory; TypeError
-[[nodiscard]] Subject subject_from(const pybind11::object& given);
+[[nodiscard]] Subject subject_from(const std::string& function, const pybind11::object& given);
 /// Its folder. @param room  Where what is in memory is saved for the time of the work.
 [[nodiscard]] std::filesystem::path place_of(const Subject& subject, std::optional<TemporaryFolder>& room,
                                              const RunControl& control);

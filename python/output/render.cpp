@@ -95,7 +95,7 @@ void set_subject(const py::object& subject, app::RenderTask& task) {
   if (py::isinstance<PyAged>(subject))
     task.mesh = std::make_shared<const app::AgingMesh>(app::aging_mesh_of(py::cast<const PyAged&>(subject).value));
   else
-    task.subject = subject_from(subject).folder;
+    task.subject = subject_from("render", subject).folder;
 }
 
 /// The picture as an array.
@@ -109,7 +109,7 @@ py::object picture_of(app::RenderTask task, const py::object& subject, const Run
 
 void write_picture(app::RenderTask task, const py::object& subject, const py::object& output, bool force,
                    const RunArguments& run) {
-  const Subject given = subject_from(subject);
+  const Subject given = subject_from("render", subject);
   task.output = path_from(output);
   if (task.output.empty()) throw InvalidInput("output: is empty; expected the name of a picture or movie");
   run_interruptibly(run, [=](const RunControl& control) mutable {

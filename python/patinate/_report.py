@@ -59,10 +59,17 @@ def _is_plain(value):
 
 
 def _columns(report):
-    """The entries of a curve, when all of them are lists of as many numbers or words; else nothing."""
-    entries = dict(report.get("columns", {}), **({report.get("x_name") or "x": report["x"]} if "x" in report else {})) if "columns" in report else dict(report)
-    lists = {name: list(values) for name, values in entries.items() if getattr(values, "ndim", 1) == 1 and hasattr(values, "__len__") and not isinstance(values, (str, dict))}
-    return lists if lists and len(lists) == len(entries) and len({len(values) for values in lists.values()}) == 1 else {}
+    """The columns of a curve: its x and its columns, or else all entries, if they are lists of equal length. Otherwise {}."""
+    entries = dict(report.get("columns", report))
+    if "columns" in report and "x" in report:
+        entries = {report.get("x_name") or "x": report["x"], **entries}
+    if not all(_is_list(values) for values in entries.values()) or len({len(values) for values in entries.values()}) != 1:
+        return {}
+    return {name: list(values) for name, values in entries.items()}
+
+
+def _is_list(values):
+    return isinstance(values, (list, tuple)) or getattr(values, "ndim", 0) == 1
 
 
 def _at_times(report, part):

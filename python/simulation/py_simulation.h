@@ -100,7 +100,7 @@ class PySimulation {
     run_interruptibly({}, [turn, bytes = std::move(bytes)](const RunControl&) {
       turn->running->restore(std::as_bytes(std::span(bytes)));
       turn->is_lost = false;
-      turn->is_changed_by_hand = turn->has_set_amounts = true;  // Who knows what the snapshot had gone through.
+      turn->is_changed_by_hand = turn->has_set_amounts = true;  // The snapshot may be of a state that was.
     });
   }
 
@@ -120,8 +120,8 @@ class PySimulation {
  private:
   struct State {
     simulation::SceneFile file;
-    std::shared_ptr<const Json> root;  ///< What stands in the scene.
-    MeshesByPath meshes;               ///< In place of files.
+    std::shared_ptr<const Json> root;  ///< The scene as it was given.
+    MeshesByPath meshes;               ///< Meshes in memory, by the path that the scene names.
     simulation::SimulationOptions options;
     std::optional<simulation::Simulation> running;
     bool is_changed_by_hand = false;

@@ -92,7 +92,7 @@ class Output(PythonCase):
             self.line_of(patinate.InvalidInput, wrong)
         self.line_of(patinate.IoError, lambda: patinate.render(self.work / "nothing", self.work / "x.png"))
         self.line_of(patinate.InvalidInput, lambda: patinate.render(self.work / "aged", self.work / "x.png", times="soon"))
-        self.line_of(TypeError, lambda: patinate.render(7))
+        self.assertIn("subject: found int", self.line_of(TypeError, lambda: patinate.render(7)))
         self.assertFalse(list(self.work.glob("x.*")))
         patinate.export(self.work / "aged", self.work / "kept.obj")
         self.line_of(patinate.CannotComplete, lambda: patinate.export(self.work / "aged", self.work / "kept.obj", time=0))

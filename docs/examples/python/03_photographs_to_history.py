@@ -12,7 +12,7 @@ if not pathlib.Path(photographs, "capture.json").exists():
     draft = patinate.init(photographs)
     for line in draft.found + draft.check:
         print(line)
-history = patinate.ingest(photographs, folder, force=True)
+history = patinate.ingest(photographs, folder, force=True)        # replaces the history if capture.json was changed
 print(history)
 for warning in history.warnings:
     print("warning:", warning)

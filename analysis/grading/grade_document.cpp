@@ -108,10 +108,23 @@ void describe(DocumentVisitor& v, ListedScale& s) {
   v.member({"checked", "Somebody compared its limits with the standard's text."}, s.is_checked);
 }
 
+}  // namespace
+
+void describe(DocumentVisitor& v, Scribe& s) {
+  v.member({"x0", "Of one end, mm from the upper left corner."}, s.x0);
+  v.member({"y0"}, s.y0);
+  v.member({"x1", "Of the other end."}, s.x1);
+  v.member({"y1"}, s.y1);
+  v.member({"width_mm", "", at_least(0)}, s.width_mm);
+}
+
+namespace {
+
 struct GradeDocument {
   ComparedSide history;
   double edge_mm = 0.0;
   std::optional<double> unexposed_time;
+  std::optional<Scribe> scribe;
   std::vector<ListedRegion> regions = {};
   std::vector<ListedLimit> limits = {};
   std::vector<ListedScale> scales = {};
@@ -123,6 +136,7 @@ void describe(DocumentVisitor& v, GradeDocument& d) {
   v.member({"edge_mm", "Band along the edge of the sample that was left out.", at_least(0)}, d.edge_mm);
   v.member({.name = "unexposed_time", .help = "Of what changes are measured from.", .is_nullable = true},
            d.unexposed_time);
+  v.member({.name = "scribe", .help = "From which creep was measured.", .is_nullable = true}, d.scribe);
   v.member({"regions"}, d.regions);
   v.member({"limits"}, d.limits);
   v.member({"scales"}, d.scales);
@@ -187,6 +201,7 @@ void save_grade_document(const fs::path& folder, const GradeReport& report, cons
   GradeDocument document{.history = side_of(report.series),
                          .edge_mm = report.surface.edge_mm,
                          .unexposed_time = report.surface.unexposed_time,
+                         .scribe = report.surface.scribe,
                          .summary = summary,
                          .notes = report.surface.notes,
                          .command = report.task.command,

@@ -25,8 +25,9 @@ JobInputs grade_inputs(const GradeTask& task, const SeriesFile& series) {
     inputs.add_value("--region " + name, text);
   }
   for (const auto& [name, file] : task.masks) inputs.add_file("--region " + name, file);
-  if (task.scribe) {
-    const Scribe& s = *task.scribe;
+  if (task.scribe.is_wanted && !task.scribe.given) inputs.add_value("--scribe", "auto");
+  if (task.scribe.given) {
+    const Scribe& s = *task.scribe.given;
     std::string text;
     for (const double c : {s.x0, s.y0, s.x1, s.y1, s.width_mm}) text += (text.empty() ? "" : ",") + number_text(c);
     inputs.add_value("--scribe", text);
@@ -56,7 +57,7 @@ JobPlan plan_grade(GradeTask task, const fs::path& output) {
   const auto series = std::make_shared<const SeriesFile>(open_series(task.history));
   const auto rules =
       std::make_shared<const GradeRules>(task.rules.empty() ? standard_grade_rules() : read_grade_rules(task.rules));
-  if (task.scribe && !series->series.pixel_mm())
+  if (task.scribe.is_wanted && !series->series.pixel_mm())
     throw InvalidInput("--scribe: its ends are in mm, and the size of a pixel of " + series->series.name() +
                        " is not known");
   const auto limits = std::make_shared<const std::vector<GradeLimit>>(

@@ -22,7 +22,7 @@ struct GradeTask {
   std::filesystem::path history;                                           ///< Or a transfer.
   std::vector<std::pair<std::string, std::vector<double>>> polygons = {};  ///< Name, x and y of corners in mm.
   std::vector<std::pair<std::string, std::filesystem::path>> masks = {};   ///< Name, image: 0 = outside.
-  std::optional<Scribe> scribe = {};
+  ScribeRequest scribe = {};
   std::filesystem::path rules = {};   ///< "" = standard_grade_rules().
   std::filesystem::path limits = {};  ///< "" = none.
   GradeOptions options = {};

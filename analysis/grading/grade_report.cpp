@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "analysis/grading/grade_document.h"
 #include "analysis/report/report_page.h"
@@ -164,8 +165,20 @@ void add_chart(HtmlPage& page, const GradeReport& report, const GradedRegion& re
   page.drawing(svg_chart(chart));
 }
 
-/// The photograph with what was counted: rust's outline is magenta, cracks are cyan.
-ImageF counted(const ShownTime& shown) {
+/// The line between the ends, a pixel wide.
+void draw_scribe(const Scribe& scribe, double pixel_mm, ImageF& picture) {
+  constexpr std::array<float, 3> kGreen{0.1f, 0.7f, 0.1f};
+  const double length = std::hypot(scribe.x1 - scribe.x0, scribe.y1 - scribe.y0);
+  for (double along = 0.0; along <= length; along += 0.5 * pixel_mm) {
+    const double share = along / length;
+    const int x = static_cast<int>(std::floor((scribe.x0 + share * (scribe.x1 - scribe.x0)) / pixel_mm)),
+              y = static_cast<int>(std::floor((scribe.y0 + share * (scribe.y1 - scribe.y0)) / pixel_mm));
+    if (picture.contains(x, y)) std::copy(kGreen.begin(), kGreen.end(), picture.pixel(x, y).begin());
+  }
+}
+
+/// The photograph with what was counted: rust's outline is magenta, cracks are cyan, the scribe is green.
+ImageF counted(const ShownTime& shown, const GradedSurface& surface) {
   constexpr std::array<float, 3> kMagenta{0.9f, 0.0f, 0.6f}, kCyan{0.0f, 0.6f, 0.9f};
   ImageF out = shown.color;
   const auto is_rust = [&](int x, int y) { return shown.rust.contains(x, y) && shown.rust.at(x, y) >= 0.5f; };
@@ -178,6 +191,7 @@ ImageF counted(const ShownTime& shown) {
       if (is_crack) std::copy(kCyan.begin(), kCyan.end(), out.pixel(x, y).begin());
     }
   }
+  if (surface.scribe) draw_scribe(*surface.scribe, *surface.pixel_mm, out);
   return out;
 }
 
@@ -186,7 +200,9 @@ std::vector<Picture> pictures_of(const GradeReport& report) {
   for (const ShownTime& shown : report.surface.shown) {
     const std::string time = time_text(report, report.surface.times[shown.time]);
     pictures.push_back({"photo", time, shown.color});
-    pictures.push_back({"counted", time + ": rust is outlined, cracks are blue", counted(shown)});
+    const std::string scribe = report.surface.scribe ? ", the scribe is green" : "";
+    pictures.push_back(
+        {"counted", time + ": rust is outlined, cracks are blue" + scribe, counted(shown, report.surface)});
   }
   return pictures;
 }

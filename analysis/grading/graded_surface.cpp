@@ -7,6 +7,7 @@
 #include "analysis/cracks/line_mask.h"
 #include "analysis/grading/region_figures.h"
 #include "analysis/grading/rust_map.h"
+#include "analysis/grading/scribe_finder.h"
 #include "libcommon/core/text.h"
 #include "libcommon/metrics/color_curves.h"
 #include "patinate/core/error.h"
@@ -123,6 +124,28 @@ void require_on_sample(const Scribe& scribe, const ImageU8& mask, double pixel_m
   }
 }
 
+/// @param before  The unexposed photograph.
+std::optional<Scribe> scribe_of(const ScribeRequest& request, const ImageF& before, const ImageU8& mask,
+                                std::optional<double> pixel_mm) {
+  if (!request.is_wanted || !pixel_mm) return std::nullopt;
+  if (request.given) {
+    require_on_sample(*request.given, mask, *pixel_mm);
+    return request.given;
+  }
+  const std::optional<Scribe> found = find_scribe(before, mask, *pixel_mm);
+  if (!found)
+    throw InvalidInput(
+        "the scribe: no straight scratch was found in the unexposed photograph; give its ends and width in mm");
+  return found;
+}
+
+std::string scribe_text(const Scribe& s) {
+  std::string text;
+  for (const double v : {s.x0, s.y0, s.x1, s.y1, s.width_mm})
+    text += (text.empty() ? "" : ",") + number_text(rounded(v, 2));
+  return text;
+}
+
 void restrict_regions(std::vector<GradeRegion>& regions, const ImageU8& mask) {
   std::vector<int> owner(mask.values().size(), -1);
   for (std::size_t r = 0; r < regions.size(); ++r) {
@@ -233,7 +256,7 @@ ImageU8 polygon_mask(int width, int height, double pixel_mm, const std::vector<d
 }
 
 GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion> regions,
-                            const std::optional<Scribe>& scribe, const RustRule& rule, const GradeOptions& options,
+                            const ScribeRequest& requested, const RustRule& rule, const GradeOptions& options,
                             const RunControl& control) {
   GradedSurface out;
   for (const FrameFacts& frame : series.facts().frames) out.times.push_back(frame.time);
@@ -247,7 +270,11 @@ GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion
       throw InvalidInput("--unexposed: no photograph has the time " + number_text(*options.unexposed));
     unexposed = static_cast<std::size_t>(found - out.times.begin());
   }
-  if (scribe && out.pixel_mm) require_on_sample(*scribe, mask, *out.pixel_mm);
+  const ImageF before = series.sample(out.times[unexposed]);
+  const std::optional<Scribe> scribe = scribe_of(requested, before, mask, out.pixel_mm);
+  out.scribe = scribe;
+  if (scribe && !requested.given)
+    out.notes.push_back("the scribe was found: " + scribe_text(*scribe) + " (its ends and width in mm)");
   const bool has_unexposed = out.times.size() > 1;
   if (has_unexposed) out.unexposed_time = out.times[unexposed];
   if (!has_unexposed)
@@ -270,13 +297,12 @@ GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion
                      .mask = mask,
                      .unexposed = has_unexposed ? std::optional(static_cast<int>(unexposed)) : std::nullopt},
                     rule, control.part(0.0, 0.5));
-  const ImageF before = series.sample(out.times[unexposed]);
   const std::vector<MaterialMap> maps = material_maps(series.facts());
   const bool has_gloss = std::find(maps.begin(), maps.end(), MaterialMap::Roughness) != maps.end();
   const std::size_t shown_step = std::max<std::size_t>(1, (out.times.size() + kShownTimes - 2) / (kShownTimes - 1));
   for (std::size_t t = 0; t < out.times.size(); ++t) {
     const RustFrame rust = map.at(static_cast<int>(t));
-    const RustFrame counted = scribe && out.pixel_mm ? without_creep(rust, *scribe, *out.pixel_mm) : rust;
+    const RustFrame counted = scribe ? without_creep(rust, *scribe, *out.pixel_mm) : rust;
     const ImageF now = series.sample(out.times[t]);
     ImageF f0, roughness;
     if (has_gloss) {
@@ -296,7 +322,7 @@ GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion
       if (has_unexposed) add_color_figures(before, now, rust.coverage, region, figures);
       if (has_gloss) add_gloss_figures(f0, roughness, rust.coverage, region, figures);
       if (has_unexposed && out.pixel_mm) add_crack_figures(cracks, region, *out.pixel_mm, figures);
-      if (scribe && out.pixel_mm) add_creep_figures(rust.coverage, region, *out.pixel_mm, *scribe, figures);
+      if (scribe) add_creep_figures(rust.coverage, region, *out.pixel_mm, *scribe, figures);
     }
     if (t % shown_step == 0 || t + 1 == out.times.size()) out.shown.push_back({t, now, rust.coverage, cracks});
     control.report(0.5 + 0.5 * static_cast<double>(t + 1) / static_cast<double>(out.times.size()));

@@ -29,6 +29,12 @@ struct Scribe {
   double width_mm = 0.0;
 };
 
+/// Whether creep is measured, and from which scratch.
+struct ScribeRequest {
+  bool is_wanted = false;
+  std::optional<Scribe> given = {};  ///< Nothing: the one that find_scribe() finds in the unexposed photograph.
+};
+
 /// A part of the picture.
 struct GradeRegion {
   std::string name;
@@ -68,6 +74,7 @@ struct GradedSurface {
   std::optional<double> pixel_mm = {};
   std::optional<double> unexposed_time = {};
   double edge_mm = 0.0;  ///< That was left out.
+  std::optional<Scribe> scribe = {};
   std::vector<GradedRegion> regions = {};
   std::vector<ShownTime> shown = {};  ///< At most four, the last among them.
   std::vector<std::string> notes = {};
@@ -75,10 +82,10 @@ struct GradedSurface {
 
 /// @param regions  Empty: the whole sample less its edge.
 /// @throws InvalidInput if regions lie over each other, have equal names or another size, or hold nothing of the
-/// sample, if the edge leaves nothing, the scribe ends outside of the sample, or `unexposed` is no time of a
-/// photograph.
+/// sample, if the edge leaves nothing, the scribe ends outside of the sample or is not found, or `unexposed` is no time
+/// of a photograph.
 [[nodiscard]] GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion> regions,
-                                          const std::optional<Scribe>& scribe, const RustRule& rust,
+                                          const ScribeRequest& scribe, const RustRule& rust,
                                           const GradeOptions& options, const RunControl& control = {});
 
 /// Mask of a polygon. @param corners_mm  x, y of three corners or more. @throws InvalidInput if it lies outside.

@@ -28,12 +28,16 @@ std::vector<analysis::GradeRegion> regions_from(const py::object& given) {
   return regions;
 }
 
-std::optional<analysis::Scribe> scribe_from(const py::object& given) {
-  if (given.is_none()) return std::nullopt;
+analysis::ScribeRequest scribe_from(const py::object& given) {
+  if (given.is_none()) return {};
+  if (py::isinstance<py::str>(given)) {
+    if (py::cast<std::string>(given) != "auto") throw InvalidInput("scribe: expected \"auto\" or five numbers in mm");
+    return {.is_wanted = true};
+  }
   const auto v = py::cast<std::vector<double>>(given);
   if (v.size() != 5 || (v[0] == v[2] && v[1] == v[3]))
     throw InvalidInput("scribe: expected (x0, y0, x1, y1, width) in mm with two different ends");
-  return analysis::Scribe{v[0], v[1], v[2], v[3], v[4]};
+  return {.is_wanted = true, .given = analysis::Scribe{v[0], v[1], v[2], v[3], v[4]}};
 }
 
 /// Times x (value, low, high), by name; what no time has is left out.
@@ -80,8 +84,8 @@ void bind_grade(py::module_& module) {
           .takes("surface", "History | AgedMesh | str | os.PathLike[str]", "Or the path of a history or transfer")
           .keyword("regions", "dict[str, npt.ArrayLike] | None", "None",
                    "Masks of the surface's size by name; None: the whole sample without its edge")
-          .keyword("scribe", "tuple[float, float, float, float, float] | None", "None",
-                   "x0, y0, x1, y1 and width of the scratch, mm")
+          .keyword("scribe", "Literal[\"auto\"] | tuple[float, float, float, float, float] | None", "None",
+                   "x0, y0, x1, y1 and width of the scratch, mm; \"auto\": it is found in the unexposed photograph")
           .keyword("rules", "str | os.PathLike[str] | None", "None", "A file in place of the built-in scales")
           .options<analysis::GradeOptions>()
           .runs()
@@ -93,7 +97,7 @@ void bind_grade(py::module_& module) {
         Keywords keywords("grade", kwargs);
         analysis::GradeOptions options;
         const std::vector<analysis::GradeRegion> regions = regions_from(keywords.object("regions"));
-        const std::optional<analysis::Scribe> scribe = scribe_from(keywords.object("scribe"));
+        const analysis::ScribeRequest scribe = scribe_from(keywords.object("scribe"));
         const py::object file = keywords.object("rules");
         keywords.read(options);
         const RunArguments run = keywords.run();

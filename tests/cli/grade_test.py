@@ -60,6 +60,23 @@ class Grade(CommandCase):
         self.assertEqual({row["region"] for row in rows}, {"sample"})
         self.assertIn("Ri", self.succeeds("info", "report"))
 
+    def test_the_scribe_is_found(self):
+        self.succeeds("grade", self.panel, "--edge-mm", "2", "--scribe", "auto", "-o", "report")
+        report = json.loads((self.folder / "report/report.json").read_text())
+        found, true = report["scribe"], self.truth["scribe"]
+        ends = sorted([(found["y0"], found["x0"]), (found["y1"], found["x1"])])
+        for end, truth in zip(ends, sorted([true["from_mm"][::-1], true["to_mm"][::-1]])):
+            self.assertAlmostEqual(end[0], truth[0], delta=0.3)
+            self.assertAlmostEqual(end[1], truth[1], delta=0.1)
+        self.assertTrue(any("scribe was found" in note for note in report["notes"]))
+        # The ends that it prints give the same creep but for their rounding.
+        values = next(note for note in report["notes"] if "scribe was found" in note).split(": ")[1].split(" ")[0]
+        self.succeeds("grade", self.panel, "--edge-mm", "2", "--scribe", values, "-o", "given")
+        last = self.truth["frames"][-1]["time"]
+        given, _ = self.figures(json.loads((self.folder / "given/report.json").read_text()), last)
+        auto, _ = self.figures(report, last)
+        self.assertAlmostEqual(given["creep_mm"]["value"], auto["creep_mm"]["value"], delta=0.02)
+
     def test_the_same_bytes_on_one_thread_and_by_the_command_that_it_states(self):
         self.succeeds("grade", self.panel, "--edge-mm", "2", "-o", "three", "--threads", "3")
         self.succeeds("grade", self.panel, "--edge-mm", "2", "-o", "one", "--threads", "1")
@@ -86,6 +103,7 @@ class Grade(CommandCase):
         self.fails(INPUT, "lies outside of the sample", "grade", panel, "--edge-mm", "2", "--scribe", "15,5,15,200,0.5", "-o", "out")
         self.fails(USAGE, "--region", "grade", panel, "--region", "1,2,3", "-o", "out")
         self.fails(USAGE, "--scribe", "grade", panel, "--scribe", "1,2,3", "-o", "out")
+        self.fails(USAGE, "--scribe", "grade", panel, "--scribe", "longest", "-o", "out")
         self.fails(INPUT, "no photograph has the time 7", "grade", panel, "--edge-mm", "2", "--unexposed", "7", "-o", "out")
         (self.folder / "limits.txt").write_text("rusty <= 5 at 480 h\n")
         self.fails(INPUT, "line 1", "grade", panel, "--edge-mm", "2", "--limits", "limits.txt", "-o", "out")

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "analysis/grading/grade_job.h"
@@ -32,17 +34,28 @@ void add_region(const std::string& text, analysis::GradeTask& task) {
 }
 
 std::string grade_command(const analysis::GradeTask& task, const std::vector<std::string>& regions,
-                          const std::vector<double>& scribe) {
+                          const std::string& scribe) {
   std::string text = "patinate grade " + app::input_word(task.history);
   for (const std::string& region : regions) text += " --region " + app::shell_word(region);
-  if (!scribe.empty()) {
-    text += " --scribe ";
-    for (std::size_t k = 0; k < scribe.size(); ++k) text += (k == 0 ? "" : ",") + number_text(scribe[k]);
-  }
+  if (!scribe.empty()) text += " --scribe " + scribe;
   if (!task.rules.empty()) text += " --rules " + app::input_word(task.rules);
   if (!task.limits.empty()) text += " --limits " + app::input_word(task.limits);
   return text + app::changed_options(option_values(task.options), option_values(analysis::GradeOptions{})) +
          app::kAnyOutput;
+}
+
+/// "auto" or "30,11,30,29,0.5".
+analysis::ScribeRequest scribe_from(const std::string& text) {
+  if (text.empty()) return {};
+  if (text == "auto") return {.is_wanted = true};
+  std::vector<double> v;
+  for (const std::string& part : split(text, ',')) v.push_back(parse_number(part).value_or(std::nan("")));
+  const bool is_scratch = v.size() == 5 && v[4] >= 0.0 && (v[0] != v[2] || v[1] != v[3]) &&
+                          std::all_of(v.begin(), v.end(), [](double n) { return std::isfinite(n); });
+  if (!is_scratch)
+    throw app::UsageError("--scribe: found `" + text +
+                          "`; expected auto, or X0,Y0,X1,Y1,WIDTH in mm with two different ends");
+  return {.is_wanted = true, .given = analysis::Scribe{v[0], v[1], v[2], v[3], v[4]}};
 }
 
 }  // namespace
@@ -51,13 +64,15 @@ int cmd_grade(CommandRun& run) {
   analysis::GradeTask task;
   fs::path output;
   std::vector<std::string> regions;
-  std::vector<double> scribe;
+  std::string scribe;
   run.line.positional("HISTORY", "A history, or a transfer", task.history);
   run.line.output("REPORT", "Folder to make: report.html, report.json, grades.csv", output);
   run.line.repeated("region", "NAME=X,Y,...",
                     "A polygon in mm from the upper left corner, or NAME=MASK.png; without any: the whole sample",
                     regions);
-  run.line.numbers("scribe", "X0,Y0,X1,Y1,WIDTH", "The scratch from which creep is measured, in mm", scribe);
+  run.line.option("scribe", "X0,Y0,X1,Y1,WIDTH",
+                  "The scratch from which creep is measured, in mm; auto: it is found in the unexposed photograph",
+                  scribe);
   run.line.option("limits", "FILE", "Limits to keep to, one a line, such as `Ri <= 2 at 480 h`", task.limits);
   run.line.option("rules", "FILE", "Scales of standards and what counts as rust, in place of the built-in ones",
                   task.rules);
@@ -65,13 +80,10 @@ int cmd_grade(CommandRun& run) {
   run.line.example("grade panel -o report");
   run.line.example("grade panel --region upper=5,5,70,5,70,50,5,50 --limits limits.txt -o report");
   run.line.checked([&] {
-    if (!scribe.empty() &&
-        (scribe.size() != 5 || !(scribe[4] >= 0.0) || (scribe[0] == scribe[2] && scribe[1] == scribe[3])))
-      throw app::UsageError("--scribe: expected X0,Y0,X1,Y1,WIDTH in mm with two different ends");
+    task.scribe = scribe_from(scribe);
     for (const std::string& region : regions) add_region(region, task);
   });
   if (!run.parse()) return 0;
-  if (!scribe.empty()) task.scribe = analysis::Scribe{scribe[0], scribe[1], scribe[2], scribe[3], scribe[4]};
   task.command = grade_command(task, regions, scribe);
   task.history = app::history_place(task.history);
   const app::PathKind kind = app::kind_of(task.history);

@@ -1,0 +1,173 @@
+#include "analysis/grading/scribe_finder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "libcommon/core/median.h"
+#include "libcommon/metrics/color_curves.h"
+
+namespace patinate::analysis {
+
+namespace {
+
+constexpr double kMaxWidth_mm = 2.0;        // Cutters of ISO 17872 leave 0.2 to 1 mm; chips at the edges add to it.
+constexpr float kLeastContrast = 4.0f;      // L*; twice what the eye tells between two areas side by side.
+constexpr float kNoiseContrast = 4.0f;      // Times the median answer, which is noise: lines cover far less than half.
+constexpr double kLeastLength = 0.25;       // Of the panel's shorter side.
+constexpr double kLeastSlenderness = 10.0;  // Length over width.
+constexpr double kEnd = 0.5;                // Share of the usual contrast that is left where the line ends.
+constexpr double kMaxGap_mm = 1.0;
+
+cv::Mat lightness_of(const ImageF& color) {
+  cv::Mat out(color.height(), color.width(), CV_32F);
+  for (int y = 0; y < color.height(); ++y) {
+    for (int x = 0; x < color.width(); ++x) {
+      const auto c = color.pixel(x, y);
+      out.at<float>(y, x) = static_cast<float>(
+          lab_from_linear(static_cast<double>(c[0]), static_cast<double>(c[1]), static_cast<double>(c[2]))[0]);
+    }
+  }
+  return out;
+}
+
+/// Pixels at least `margin` from the outside of the panel.
+cv::Mat inner_part(const ImageU8& mask, int margin) {
+  cv::Mat inside = cv::Mat::zeros(mask.height() + 2, mask.width() + 2, CV_8U), distance;
+  for (int y = 0; y < mask.height(); ++y) std::copy(mask.row(y).begin(), mask.row(y).end(), inside.ptr(y + 1) + 1);
+  cv::distanceTransform(inside, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  const cv::Mat inner = distance(cv::Rect(1, 1, mask.width(), mask.height())) > static_cast<double>(margin);
+  return inner.clone();
+}
+
+float median_where(const cv::Mat& values, const cv::Mat& inner) {
+  std::vector<double> chosen;
+  for (int y = 0; y < values.rows; ++y) {
+    for (int x = 0; x < values.cols; ++x) {
+      if (inner.at<std::uint8_t>(y, x) != 0) chosen.push_back(static_cast<double>(values.at<float>(y, x)));
+    }
+  }
+  return chosen.empty() ? 0.0f : static_cast<float>(median(std::move(chosen)));
+}
+
+/// A straight line in pixels, and its direction.
+struct Line {
+  double x, y, dx, dy;
+};
+
+/// Through the pixels of `lines` within `reach` of the segment.
+Line fitted(const cv::Vec4i& segment, const cv::Mat& lines, double reach) {
+  const double dx = segment[2] - segment[0], dy = segment[3] - segment[1], length = std::hypot(dx, dy);
+  std::vector<cv::Point2f> points;
+  for (int y = 0; y < lines.rows; ++y) {
+    for (int x = 0; x < lines.cols; ++x) {
+      if (lines.at<std::uint8_t>(y, x) == 0) continue;
+      const double across = ((x - segment[0]) * dy - (y - segment[1]) * dx) / length,
+                   along = ((x - segment[0]) * dx + (y - segment[1]) * dy) / length;
+      if (std::abs(across) <= reach && along >= 0.0 && along <= length)
+        points.emplace_back(static_cast<float>(x), static_cast<float>(y));
+    }
+  }
+  cv::Vec4f line;
+  cv::fitLine(points, line, cv::DIST_HUBER, 0, 0.01, 0.001);
+  return {static_cast<double>(line[2]), static_cast<double>(line[3]), static_cast<double>(line[0]),
+          static_cast<double>(line[1])};
+}
+
+/// What answers across the line at one place.
+struct Section {
+  double sum = 0.0, most = 0.0;  ///< L* times pixels; L*.
+};
+
+Section section_at(const cv::Mat& answer, const cv::Mat& inner, const Line& line, double along, int reach) {
+  Section section;
+  for (int k = -reach; k <= reach; ++k) {
+    const int x = static_cast<int>(std::lround(line.x + along * line.dx - k * line.dy)),
+              y = static_cast<int>(std::lround(line.y + along * line.dy + k * line.dx));
+    if (x < 0 || y < 0 || x >= answer.cols || y >= answer.rows || inner.at<std::uint8_t>(y, x) == 0) continue;
+    const double value = static_cast<double>(answer.at<float>(y, x));
+    section.sum += value;  // Noise answers, too: its median was taken off, so that it sums to about 0.
+    section.most = std::max(section.most, value);
+  }
+  return section;
+}
+
+/// Where the line begins and ends, seen from its middle, and its width, in pixels.
+struct Extent {
+  double begin = 0.0, end = 0.0, width = 0.0;
+};
+
+Extent extent_of(const cv::Mat& answer, const cv::Mat& inner, const Line& line, double half_length, int reach,
+                 int max_gap) {
+  std::vector<double> sums, peaks;
+  for (double along = -half_length; along <= half_length; along += 1.0) {
+    const Section section = section_at(answer, inner, line, along, reach);
+    sums.push_back(section.sum);
+    peaks.push_back(section.most);
+  }
+  const double usual = median(std::move(sums)), peak = median(std::move(peaks));
+  Extent extent{.width = peak > 0.0 ? usual / peak : 0.0};
+  for (const int way : {-1, 1}) {
+    int last = 0;
+    for (int step = 0; step - last <= max_gap; ++step) {
+      if (section_at(answer, inner, line, way * step, reach).sum >= kEnd * usual) last = step;
+    }
+    (way < 0 ? extent.begin : extent.end) = way * (last + 0.5);
+  }
+  return extent;
+}
+
+/// The longest of the lines that answer.
+std::optional<Scribe> longest_line(const cv::Mat& answer, const cv::Mat& inner, double pixel_mm, double least_px) {
+  const int reach = std::max(2, static_cast<int>(std::ceil(kMaxWidth_mm / pixel_mm)));
+  const int max_gap = std::max(2, static_cast<int>(std::lround(kMaxGap_mm / pixel_mm)));
+  const float noise = median_where(answer, inner), threshold = std::max(kLeastContrast, kNoiseContrast * noise);
+  const cv::Mat lines = (answer >= threshold) & inner;
+  std::vector<cv::Vec4i> segments;
+  constexpr double kStep_rad = CV_PI / 720.0;
+  cv::HoughLinesP(lines, segments, 1.0, kStep_rad, static_cast<int>(0.5 * least_px), least_px, max_gap);
+  if (segments.empty()) return std::nullopt;
+  const auto length = [](const cv::Vec4i& s) { return std::hypot(s[2] - s[0], s[3] - s[1]); };
+  const cv::Vec4i& longest = *std::max_element(
+      segments.begin(), segments.end(), [&](const cv::Vec4i& a, const cv::Vec4i& b) { return length(a) < length(b); });
+  const Line line = fitted(longest, lines, reach);
+  const cv::Mat above_noise = answer - static_cast<double>(noise);
+  const Extent extent = extent_of(above_noise, inner, line, 0.4 * length(longest), reach, max_gap);
+  const double found = extent.end - extent.begin;
+  if (found < least_px || found < kLeastSlenderness * extent.width) return std::nullopt;
+  const auto mm = [&](double pixel) { return (pixel + 0.5) * pixel_mm; };
+  return Scribe{mm(line.x + extent.begin * line.dx), mm(line.y + extent.begin * line.dy),
+                mm(line.x + extent.end * line.dx), mm(line.y + extent.end * line.dy),
+                std::max(1.0, extent.width) * pixel_mm};
+}
+
+double length_of(const std::optional<Scribe>& s) { return s ? std::hypot(s->x1 - s->x0, s->y1 - s->y0) : 0.0; }
+
+}  // namespace
+
+std::optional<Scribe> find_scribe(const ImageF& color, const ImageU8& mask, double pixel_mm) {
+  const int margin = std::max(2, static_cast<int>(std::ceil(kMaxWidth_mm / pixel_mm)));
+  const cv::Mat inner = inner_part(mask, margin);
+  const cv::Rect box = cv::boundingRect(inner);
+  if (box.empty()) return std::nullopt;
+  const double least_px = kLeastLength * std::min(box.width, box.height);
+  cv::Mat light = lightness_of(color);
+  const float plain = median_where(light, inner);
+  for (int y = 0; y < light.rows; ++y) {
+    for (int x = 0; x < light.cols; ++x) {
+      if (mask.at(x, y) == 0) light.at<float>(y, x) = plain;
+    }
+  }
+  const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1});
+  std::optional<Scribe> best;
+  for (const int kind : {cv::MORPH_BLACKHAT, cv::MORPH_TOPHAT}) {  // Darker than the paint, and brighter.
+    cv::Mat answer;
+    cv::morphologyEx(light, answer, kind, square);
+    const std::optional<Scribe> found = longest_line(answer, inner, pixel_mm, least_px);
+    if (length_of(found) > length_of(best)) best = found;
+  }
+  return best;
+}
+
+}  // namespace patinate::analysis

@@ -69,6 +69,30 @@ void describe(DocumentVisitor& v, ListedGradeTime& g) {
   v.member({.name = "latest", .is_nullable = true}, g.latest);
 }
 
+struct ForecastTime {
+  double time = 0.0, value = 0.0, low = 0.0, high = 0.0;
+};
+void describe(DocumentVisitor& v, ForecastTime& f) {
+  v.member({"time"}, f.time);
+  v.member({"value"}, f.value);
+  v.member({"low", "The figure will lie between low and high in about 90 of 100 cases."}, f.low);
+  v.member({"high"}, f.high);
+}
+struct ListedForecast {
+  std::string figure;
+  GrowthTest test;
+  std::vector<ForecastTime> times;
+};
+void describe(DocumentVisitor& v, ListedForecast& f) {
+  v.member({"figure"}, f.figure);
+  v.choice({"law", "How the figure goes on; held: no law foretold it better than its last value."}, f.test.law,
+           kGrowthLawNames);
+  v.member({"share", "Of the law's further change that the series followed in tests.", between(0, 1)}, f.test.share);
+  v.member({"error", "Root mean square error of the tests, over the range of the series.", at_least(0)}, f.test.error);
+  v.member({"held_error", "The same of the last value held.", at_least(0)}, f.test.held_error);
+  v.member({"times"}, f.times);
+}
+
 struct ListedRegion {
   std::string name;
   std::int64_t num_pixels = 0;
@@ -76,6 +100,7 @@ struct ListedRegion {
   double seen_from_percent = 0.0;
   std::vector<GradedTime> times;
   std::vector<ListedGradeTime> reached;
+  std::vector<ListedForecast> forecasts;
 };
 void describe(DocumentVisitor& v, ListedRegion& r) {
   v.member({"name"}, r.name);
@@ -84,6 +109,7 @@ void describe(DocumentVisitor& v, ListedRegion& r) {
   v.member({"seen_from_percent", "Share of the smallest spot that is counted."}, r.seen_from_percent);
   v.member({"times"}, r.times);
   v.member({"reached", "When grades were reached."}, r.reached);
+  v.member({"forecasts", "Of figures after the last photograph, where asked for."}, r.forecasts);
 }
 
 struct ListedLimit {
@@ -155,7 +181,7 @@ constexpr DocumentKind kGradeDocument{.format = "patinate.grade",
 ListedRegion listed(const GradedRegion& region, const GradeReport& report) {
   const auto stated = [](double v) { return rounded(v, 9) + 0.0; };
   const auto stated_if = [&](std::optional<double> v) { return v ? std::optional(stated(*v)) : v; };
-  ListedRegion out{region.name, region.num_pixels, stated_if(region.area_mm2), stated(region.seen_from_percent), {},
+  ListedRegion out{region.name, region.num_pixels, stated_if(region.area_mm2), stated(region.seen_from_percent), {}, {},
                    {}};
   for (std::size_t t = 0; t < region.times.size(); ++t) {
     const RegionFigures& figures = region.times[t];
@@ -173,10 +199,19 @@ ListedRegion listed(const GradedRegion& region, const GradeReport& report) {
     time.mean_spot_mm = stated_if(figures.mean_spot_mm);
   }
   for (const GradeScale& scale : report.rules.scales) {
+    const ExtendedSeries series = extended_series(report.surface, region, scale.figure);
     for (const GradeTime& g :
-         grade_times(scale, report.surface.times, region.series(scale.figure), least_of(scale, region)))
+         grade_times(scale, series.times, series.figures, least_of(scale, region), report.surface.times.back()))
       out.reached.push_back({scale.name, scale.grades[g.grade].name, g.state, stated_if(g.time), stated_if(g.earliest),
                              stated_if(g.latest)});
+  }
+  for (const FigureForecast& f : region.forecasts) {
+    ListedForecast& forecast = out.forecasts.emplace_back();
+    forecast.figure = f.figure;
+    forecast.test = {f.test.law, stated(f.test.share), stated(f.test.error), stated(f.test.held_error)};
+    for (std::size_t k = 0; k < f.values.size(); ++k)
+      forecast.times.push_back({report.surface.forecast_times[k], stated(f.values[k].value), stated(f.values[k].low),
+                                stated(f.values[k].high)});
   }
   return out;
 }

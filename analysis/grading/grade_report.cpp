@@ -124,18 +124,43 @@ void add_times(HtmlPage& page, const GradeReport& report, const GradedRegion& re
   const auto text = [&](const std::optional<double>& t) { return t ? time_text(report, rounded(*t, 3)) : "-"; };
   std::vector<std::vector<std::string>> rows;
   for (const GradeScale& scale : report.rules.scales) {
+    const ExtendedSeries series = extended_series(report.surface, region, scale.figure);
     for (const GradeTime& g :
-         grade_times(scale, report.surface.times, region.series(scale.figure), least_of(scale, region))) {
+         grade_times(scale, series.times, series.figures, least_of(scale, region), report.surface.times.back())) {
       if (g.state == Reached::NotReached && !g.earliest) continue;
-      rows.push_back(
-          {scale.title + " " + scale.grades[g.grade].name,
-           g.state == Reached::Reached ? text(g.time) : std::string(kReachedNames[static_cast<std::size_t>(g.state)]),
-           text(g.earliest), text(g.latest)});
+      rows.push_back({scale.title + " " + scale.grades[g.grade].name,
+                      g.state == Reached::Reached    ? text(g.time)
+                      : g.state == Reached::Forecast ? text(g.time) + ", forecast"
+                                                     : std::string(kReachedNames[static_cast<std::size_t>(g.state)]),
+                      text(g.earliest), text(g.latest)});
     }
   }
   if (rows.empty()) return;
   page.paragraph("Time to each grade. Between two photographs a figure is taken to rise linearly.");
   page.table({"grade", "reached", "not before", "not after"}, rows);
+}
+
+/// What is said of a law's figure.
+std::string law_text(const GrowthTest& test) {
+  if (test.law == GrowthLaw::Held) return "held: no law foretold it better than its last value";
+  return std::string(kGrowthLawNames[static_cast<std::size_t>(test.law)]) + ", " + digits(100.0 * test.share) +
+         "\u00a0% of its change";
+}
+
+void add_forecast_table(HtmlPage& page, const GradeReport& report, const GradedRegion& region) {
+  if (region.forecasts.empty()) return;
+  std::vector<std::vector<std::string>> rows;
+  for (const FigureForecast& f : region.forecasts) {
+    const auto title =
+        std::find_if(kTitles.begin(), kTitles.end(), [&](const FigureTitle& t) { return t.name == f.figure; });
+    rows.push_back({std::string(title->title) + (title->unit.empty() ? "" : ", " + std::string(title->unit)),
+                    with_interval(f.values.back()), law_text(f.test), digits(f.test.error / f.test.held_error)});
+  }
+  page.paragraph(
+      "Forecast at " + time_text(report, report.surface.forecast_times.back()) +
+      ", with 90 % intervals. Each law was fitted to the beginning of the series and asked for the rest; the "
+      "last column is its error over that of the last value held.");
+  page.table({"figure", "forecast", "law", "error in tests"}, rows);
 }
 
 void add_chart(HtmlPage& page, const GradeReport& report, const GradedRegion& region) {
@@ -151,13 +176,25 @@ void add_chart(HtmlPage& page, const GradeReport& report, const GradedRegion& re
               .x_label = "time (" + time_unit_text(report.series.series.facts().time_unit) + ")",
               .y_label = "%",
               .series = {rusted}};
-  const double most = region.times.back().figure("rusted_percent")->high;
+  double most = region.times.back().figure("rusted_percent")->high;
+  for (const FigureForecast& f : region.forecasts) {
+    if (f.figure != "rusted_percent") continue;
+    ChartSeries ahead{.name = "forecast", .x = {rusted.x.back()}, .y = {rusted.y.back()}, .is_dashed = true};
+    ahead.band.push_back(rusted.band.back());
+    for (std::size_t k = 0; k < f.values.size(); ++k) {
+      ahead.x.push_back(report.surface.forecast_times[k]);
+      ahead.y.push_back(f.values[k].value);
+      ahead.band.emplace_back(f.values[k].low, f.values[k].high);
+    }
+    most = std::max(most, f.values.back().high);
+    chart.series.push_back(std::move(ahead));
+  }
   for (const GradeScale& scale : report.rules.scales) {
     if (scale.name != "ri") continue;
     for (const Grade& grade : scale.grades) {
       if (!(grade.up_to > 0.02 * most && grade.up_to < most)) continue;
       chart.series.push_back({.name = "Ri " + grade.name + " up to here",
-                              .x = {report.surface.times.front(), report.surface.times.back()},
+                              .x = {report.surface.times.front(), chart.series.back().x.back()},
                               .y = {grade.up_to, grade.up_to},
                               .is_dashed = true});
     }
@@ -284,6 +321,7 @@ void write_grade_report(const fs::path& folder, const GradeReport& report) {
     add_grade_table(page, report, region);
     add_chart(page, report, region);
     add_times(page, report, region);
+    add_forecast_table(page, report, region);
     add_figure_table(page, report, region);
   }
   page.heading("Photographs, and what was counted");

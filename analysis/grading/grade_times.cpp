@@ -53,12 +53,16 @@ GradeTime time_of(std::size_t grade, double limit, const Known& series, double l
 }  // namespace
 
 std::vector<GradeTime> grade_times(const GradeScale& scale, std::span<const double> times,
-                                   std::span<const std::optional<GradedFigure>> figures, double least) {
+                                   std::span<const std::optional<GradedFigure>> figures, double least,
+                                   double last_seen) {
   const Known series = known(times, figures);
   std::vector<GradeTime> out;
   if (series.times.empty()) return out;
-  for (std::size_t g = 1; g < scale.grades.size(); ++g)
-    out.push_back(time_of(g, scale.grades[g - 1].up_to, series, least));
+  for (std::size_t g = 1; g < scale.grades.size(); ++g) {
+    GradeTime time = time_of(g, scale.grades[g - 1].up_to, series, least);
+    if (time.state == Reached::Reached && *time.time > last_seen) time.state = Reached::Forecast;
+    out.push_back(time);
+  }
   return out;
 }
 

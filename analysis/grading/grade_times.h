@@ -18,9 +18,10 @@ enum class Reached {
   NotReached,   ///< Not by the last photograph.
   BeforeFirst,  ///< The first photograph shows it.
   NotResolved,  ///< The photographs cannot show so little.
+  Forecast,     ///< After the last photograph, as the figure is forecast.
 };
-inline constexpr std::array<std::string_view, 4> kReachedNames{"reached", "not reached", "before the first photograph",
-                                                               "not resolved"};
+inline constexpr std::array<std::string_view, 5> kReachedNames{"reached", "not reached", "before the first photograph",
+                                                               "not resolved", "forecast"};
 
 /// A grade's time. `earliest` and `latest` hold it in about 95 of 100 cases; what is missing is not known.
 struct GradeTime {
@@ -31,8 +32,10 @@ struct GradeTime {
 
 /// Times of all grades but the first. Between two photographs the figure rises linearly.
 /// @param figures  By time; those that are missing are passed over. @param least  The least value that can be seen.
+/// @param last_seen  Of the last photograph; what is reached later is forecast.
 [[nodiscard]] std::vector<GradeTime> grade_times(const GradeScale& scale, std::span<const double> times,
-                                                 std::span<const std::optional<GradedFigure>> figures, double least);
+                                                 std::span<const std::optional<GradedFigure>> figures, double least,
+                                                 double last_seen);
 
 /// The figure at any time within the series, linear between photographs; nothing outside.
 [[nodiscard]] std::optional<GradedFigure> figure_at(std::span<const double> times,

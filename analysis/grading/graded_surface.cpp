@@ -208,6 +208,54 @@ GradedRegion begun(const GradeRegion& region, std::optional<double> pixel_mm, co
   return out;
 }
 
+/// Of damage that does not heal.
+constexpr std::array<std::string_view, 3> kHealsNever{"rusted_percent", "creep_mm", "creep_max_mm"};
+constexpr int kForecastSteps = 24;
+
+/// Of one figure in all regions that have it at all times.
+void add_forecast(std::string_view figure, GradedSurface& surface) {
+  std::vector<std::vector<double>> series;
+  std::vector<GradedRegion*> regions;
+  for (GradedRegion& region : surface.regions) {
+    std::vector<double> values;
+    for (const std::optional<GradedFigure>& f : region.series(figure)) {
+      if (f) values.push_back(f->value);
+    }
+    if (values.size() != surface.times.size()) continue;
+    series.push_back(std::move(values));
+    regions.push_back(&region);
+  }
+  if (series.empty()) return;
+  const bool never_falls = std::find(kHealsNever.begin(), kHealsNever.end(), figure) != kHealsNever.end();
+  const std::optional<GrowthForecast> made =
+      forecast_growth(surface.times, series, surface.forecast_times, never_falls);
+  if (!made) return;
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    FigureForecast forecast{std::string(figure), made->test, made->values[r]};
+    const GradedFigure last = *regions[r]->times.back().figure(figure);
+    for (GradedFigure& f : forecast.values) {  // What is measured now is not certain either.
+      f.low -= last.value - last.low;
+      f.high += last.high - last.value;
+    }
+    regions[r]->forecasts.push_back(std::move(forecast));
+  }
+}
+
+void add_forecasts(double until, GradedSurface& surface) {
+  const double last = surface.times.back();
+  if (!(until > last))
+    throw InvalidInput("--forecast: " + number_text(until) + " is not after the last photograph, " + number_text(last));
+  for (int k = 1; k <= kForecastSteps; ++k)
+    surface.forecast_times.push_back(last + (until - last) * k / kForecastSteps);
+  for (const std::string_view figure : kGradedFigureNames) add_forecast(figure, surface);
+  const bool is_any = std::any_of(surface.regions.begin(), surface.regions.end(),
+                                  [](const GradedRegion& r) { return !r.forecasts.empty(); });
+  if (is_any) return;
+  surface.forecast_times.clear();
+  surface.notes.push_back("nothing is forecast: that takes " + std::to_string(kLeastForecastTimes) +
+                          " photographs and a figure that changes");
+}
+
 /// Damage does not heal: a figure never falls, nor do the ends of its interval.
 void keep_from_falling(GradedRegion& region, std::string_view name) {
   const auto at = static_cast<std::size_t>(std::find(kGradedFigureNames.begin(), kGradedFigureNames.end(), name) -
@@ -228,6 +276,7 @@ void describe(OptionVisitor& v, GradeOptions& o) {
           o.edge_mm);
   v.visit({"unexposed", "Time of the photograph that shows the unexposed surface; without: the first"}, o.unexposed);
   v.visit({"crack_reach", "Half the width of the widest crack", "px", between(1, 100)}, o.crack_reach_px);
+  v.visit({"forecast", "Time after the last photograph to which figures are forecast; without: none are"}, o.forecast);
 }
 
 ImageU8 polygon_mask(int width, int height, double pixel_mm, const std::vector<double>& corners_mm) {
@@ -253,6 +302,16 @@ ImageU8 polygon_mask(int width, int height, double pixel_mm, const std::vector<d
   ImageU8 mask(width, height);
   std::copy(drawn.begin<std::uint8_t>(), drawn.end<std::uint8_t>(), mask.data());
   return mask;
+}
+
+ExtendedSeries extended_series(const GradedSurface& surface, const GradedRegion& region, std::string_view figure) {
+  ExtendedSeries out{surface.times, region.series(figure)};
+  for (const FigureForecast& forecast : region.forecasts) {
+    if (forecast.figure != figure) continue;
+    out.times.insert(out.times.end(), surface.forecast_times.begin(), surface.forecast_times.end());
+    out.figures.insert(out.figures.end(), forecast.values.begin(), forecast.values.end());
+  }
+  return out;
 }
 
 GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion> regions,
@@ -329,8 +388,9 @@ GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion
     control.throw_if_stopped();
   }
   for (GradedRegion& region : out.regions) {
-    for (const std::string_view name : {"rusted_percent", "creep_mm", "creep_max_mm"}) keep_from_falling(region, name);
+    for (const std::string_view name : kHealsNever) keep_from_falling(region, name);
   }
+  if (options.forecast) add_forecasts(*options.forecast, out);
   return out;
 }
 

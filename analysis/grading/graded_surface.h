@@ -9,6 +9,7 @@
 
 #include "analysis/grading/grade_rules.h"
 #include "analysis/grading/graded_figure.h"
+#include "analysis/grading/growth_forecast.h"
 #include "patinate/analysis/texture_series.h"
 #include "patinate/core/options.h"
 #include "patinate/core/run_control.h"
@@ -20,6 +21,7 @@ struct GradeOptions {
   double edge_mm = 10.0;            ///< Left out along the edge of the whole sample; needs a pixel size.
   std::optional<double> unexposed;  ///< Time of the unexposed surface; not given: the first photograph.
   int crack_reach_px = 5;           ///< Half the width of the widest crack.
+  std::optional<double> forecast;   ///< Time to which figures are forecast; not given: none are.
 };
 void describe(OptionVisitor& v, GradeOptions& o);
 
@@ -50,12 +52,19 @@ struct RegionFigures {
   [[nodiscard]] const std::optional<GradedFigure>& figure(std::string_view name) const;
 };
 
+struct FigureForecast {
+  std::string figure;
+  GrowthTest test = {};
+  std::vector<GradedFigure> values = {};  ///< At GradedSurface::forecast_times.
+};
+
 struct GradedRegion {
   std::string name;
   std::int64_t num_pixels = 0;
   std::optional<double> area_mm2 = {};
   double seen_from_percent = 0.0;  ///< A single spot of the least size has this share.
   std::vector<RegionFigures> times = {};
+  std::vector<FigureForecast> forecasts = {};
 
   /// A figure by time.
   [[nodiscard]] std::vector<std::optional<GradedFigure>> series(std::string_view figure) const;
@@ -71,6 +80,7 @@ struct ShownTime {
 
 struct GradedSurface {
   std::vector<double> times = {};
+  std::vector<double> forecast_times = {};  ///< Behind the last photograph.
   std::optional<double> pixel_mm = {};
   std::optional<double> unexposed_time = {};
   double edge_mm = 0.0;  ///< That was left out.
@@ -80,10 +90,18 @@ struct GradedSurface {
   std::vector<std::string> notes = {};
 };
 
+/// A figure at the times of photographs, and then at those of its forecast if it has one.
+struct ExtendedSeries {
+  std::vector<double> times;
+  std::vector<std::optional<GradedFigure>> figures;
+};
+[[nodiscard]] ExtendedSeries extended_series(const GradedSurface& surface, const GradedRegion& region,
+                                             std::string_view figure);
+
 /// @param regions  Empty: the whole sample less its edge.
 /// @throws InvalidInput if regions lie over each other, have equal names or another size, or hold nothing of the
-/// sample, if the edge leaves nothing, the scribe ends outside of the sample or is not found, or `unexposed` is no time
-/// of a photograph.
+/// sample, if the edge leaves nothing, the scribe ends outside of the sample or is not found, if `forecast` is not
+/// after the last photograph, or `unexposed` is no time of a photograph.
 [[nodiscard]] GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion> regions,
                                           const ScribeRequest& scribe, const RustRule& rust,
                                           const GradeOptions& options, const RunControl& control = {});

@@ -1,5 +1,6 @@
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "analysis/grading/grade_rules.h"
@@ -40,23 +41,34 @@ analysis::ScribeRequest scribe_from(const py::object& given) {
   return {.is_wanted = true, .given = analysis::Scribe{v[0], v[1], v[2], v[3], v[4]}};
 }
 
-/// Times x (value, low, high), by name; what no time has is left out.
+/// Times x (value, low, high); NaN where a time has none.
+ImageF table_of(const std::vector<std::optional<analysis::GradedFigure>>& series) {
+  ImageF table(3, static_cast<int>(series.size()), 1, std::numeric_limits<float>::quiet_NaN());
+  for (std::size_t t = 0; t < series.size(); ++t) {
+    if (!series[t]) continue;
+    const int y = static_cast<int>(t);
+    table.at(0, y) = static_cast<float>(series[t]->value);
+    table.at(1, y) = static_cast<float>(series[t]->low);
+    table.at(2, y) = static_cast<float>(series[t]->high);
+  }
+  return table;
+}
+
+/// By name; what no time has is left out.
 py::dict figures_by_name(const analysis::GradedRegion& region) {
   py::dict out;
   for (const std::string_view name : analysis::kGradedFigureNames) {
     const std::vector<std::optional<analysis::GradedFigure>> series = region.series(name);
-    ImageF table(3, static_cast<int>(series.size()), 1, std::numeric_limits<float>::quiet_NaN());
-    bool has_any = false;
-    for (std::size_t t = 0; t < series.size(); ++t) {
-      if (!series[t]) continue;
-      has_any = true;
-      const int y = static_cast<int>(t);
-      table.at(0, y) = static_cast<float>(series[t]->value);
-      table.at(1, y) = static_cast<float>(series[t]->low);
-      table.at(2, y) = static_cast<float>(series[t]->high);
-    }
-    if (has_any) out[std::string(name).c_str()] = array_of(std::move(table));
+    const bool has_any = std::any_of(series.begin(), series.end(), [](const auto& f) { return f.has_value(); });
+    if (has_any) out[std::string(name).c_str()] = array_of(table_of(series));
   }
+  return out;
+}
+
+py::dict forecasts_by_name(const analysis::GradedRegion& region) {
+  py::dict out;
+  for (const analysis::FigureForecast& forecast : region.forecasts)
+    out[forecast.figure.c_str()] = array_of(table_of({forecast.values.begin(), forecast.values.end()}));
   return out;
 }
 
@@ -91,7 +103,8 @@ void bind_grade(py::module_& module) {
           .runs()
           .returns("Report",
                    "By region: times (N), figures (by name N x 3: value, low, high), grades (by scale a name a "
-                   "time), distribution (of rust, a letter a time), spots (N)")
+                   "time), distribution (of rust, a letter a time), spots (N); with `forecast` forecast_times (M) and "
+                   "forecasts (by name M x 3)")
           .raises("InvalidInput if regions lie over each other or hold nothing; IoError"),
       [](const py::object& surface, const py::kwargs& kwargs) {
         Keywords keywords("grade", kwargs);
@@ -122,6 +135,10 @@ void bind_grade(py::module_& module) {
           dict["grades"] = grades_by_scale(region, rules);
           dict["distribution"] = letters;
           dict["spots"] = spots;
+          if (options.forecast) {
+            dict["forecast_times"] = array_of(graded.forecast_times);
+            dict["forecasts"] = forecasts_by_name(region);
+          }
           out[region.name.c_str()] = dict;
         }
         return out;

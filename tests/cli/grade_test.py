@@ -77,6 +77,27 @@ class Grade(CommandCase):
         auto, _ = self.figures(report, last)
         self.assertAlmostEqual(given["creep_mm"]["value"], auto["creep_mm"]["value"], delta=0.02)
 
+    def test_figures_are_forecast(self):
+        for arguments in (["synth", "panel", "--width", "200", "--height", "160", "--num-frames", "9", "--edge", "2", "--rust", "4", "-o", "long_photos"],
+                          ["ingest", "long_photos/capture.json", "-o", "long"]):
+            subprocess.run([self.patinate, *arguments, "--quiet"], cwd=self.made, check=True)
+        self.succeeds("grade", self.made / "long", "--edge-mm", "2", "--forecast", "800", "-o", "report")
+        self.succeeds("validate", "report")
+        region = json.loads((self.folder / "report/report.json").read_text())["regions"][0]
+        last = {f["name"]: f["value"] for f in region["times"][-1]["figures"]}
+        forecast = next(f for f in region["forecasts"] if f["figure"] == "rusted_percent")
+        self.assertEqual(forecast["times"][-1]["time"], 800)
+        values = [last["rusted_percent"], *(t["value"] for t in forecast["times"])]
+        self.assertEqual(values, sorted(values))
+        # A grade that the panel has not reached by its last photograph is reached later, and said to be forecast.
+        states = {(g["scale"], g["grade"]): g for g in region["reached"]}
+        self.assertIn("forecast", [g["state"] for g in states.values()])
+        for g in states.values():
+            if g["state"] == "forecast":
+                self.assertGreater(g["time"], 480)
+        self.assertIn("Forecast at 800", (self.folder / "report/report.html").read_text())
+        self.fails(INPUT, "is not after the last photograph", "grade", self.panel, "--edge-mm", "2", "--forecast", "300", "-o", "out")
+
     def test_the_same_bytes_on_one_thread_and_by_the_command_that_it_states(self):
         self.succeeds("grade", self.panel, "--edge-mm", "2", "-o", "three", "--threads", "3")
         self.succeeds("grade", self.panel, "--edge-mm", "2", "-o", "one", "--threads", "1")

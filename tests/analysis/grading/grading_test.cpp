@@ -217,7 +217,7 @@ TEST(GradeTimes, LieBetweenPhotographs) {
   const std::vector<double> times{0, 100, 200, 300};
   const std::vector<std::optional<GradedFigure>> figures{GradedFigure{0, 0, 0.005}, GradedFigure{0.02, 0.015, 0.025},
                                                          GradedFigure{0.1, 0.08, 0.12}, GradedFigure{0.8, 0.7, 0.9}};
-  const std::vector<GradeTime> all = grade_times(scale("ri"), times, figures, 0.001);
+  const std::vector<GradeTime> all = grade_times(scale("ri"), times, figures, 0.001, times.back());
   ASSERT_EQ(all.size(), 5u);
   // Ri 2 begins above 0.05 %: between 0.02 and 0.1.
   EXPECT_EQ(all[1].state, Reached::Reached);

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/compare/compare_report.h"
+#include "analysis/grading/surface_forecast.h"
 #include "analysis/report/analysis_documents.h"
 #include "libcommon/core/text.h"
 #include "libcommon/document/document.h"

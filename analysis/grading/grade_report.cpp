@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "analysis/grading/grade_document.h"
+#include "analysis/grading/surface_forecast.h"
 #include "analysis/report/report_page.h"
 #include "libcommon/core/csv.h"
 #include "libcommon/core/files.h"
@@ -26,6 +27,10 @@ struct FigureTitle {
   std::string_view name, title, unit;
 };
 constexpr std::array<FigureTitle, kGradedFigureNames.size()> kTitles{{{"rusted_percent", "Rusted area", "%"},
+                                                                      {"blistered_percent", "Blistered area", "%"},
+                                                                      {"blister_mm", "Size of blisters", "mm"},
+                                                                      {"flaked_percent", "Flaked area", "%"},
+                                                                      {"flake_mm", "Size of flakes", "mm"},
                                                                       {"crack_mm_per_mm2", "Cracks", "mm/mm2"},
                                                                       {"crack_width_mm", "Width of cracks", "mm"},
                                                                       {"creep_mm", "Creep, mean", "mm"},
@@ -214,7 +219,25 @@ void draw_scribe(const Scribe& scribe, double pixel_mm, ImageF& picture) {
   }
 }
 
-/// The photograph with what was counted: rust's outline is magenta, cracks are cyan, the scribe is green.
+/// Outlines blisters and flakes. @param labels  By pixel, -1 = none.
+void draw_outlines(const std::vector<int>& labels, const std::array<float, 3>& color, ImageF& picture) {
+  const auto label = [&](int x, int y) {
+    return picture.contains(x, y) ? labels[static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width()) +
+                                           static_cast<std::size_t>(x)]
+                                  : -1;
+  };
+  for (int y = 0; y < picture.height() && !labels.empty(); ++y) {
+    for (int x = 0; x < picture.width(); ++x) {
+      const int own = label(x, y);
+      const bool is_edge = own >= 0 && (label(x - 1, y) != own || label(x + 1, y) != own || label(x, y - 1) != own ||
+                                        label(x, y + 1) != own);
+      if (is_edge) std::copy(color.begin(), color.end(), picture.pixel(x, y).begin());
+    }
+  }
+}
+
+/// The photograph with what was counted: rust's outline is magenta, that of blisters yellow and of flakes orange,
+/// cracks are cyan, the scribe is green.
 ImageF counted(const ShownTime& shown, const GradedSurface& surface) {
   constexpr std::array<float, 3> kMagenta{0.9f, 0.0f, 0.6f}, kCyan{0.0f, 0.6f, 0.9f};
   ImageF out = shown.color;
@@ -228,6 +251,8 @@ ImageF counted(const ShownTime& shown, const GradedSurface& surface) {
       if (is_crack) std::copy(kCyan.begin(), kCyan.end(), out.pixel(x, y).begin());
     }
   }
+  draw_outlines(shown.marks[0], {0.9f, 0.8f, 0.0f}, out);
+  draw_outlines(shown.marks[1], {0.9f, 0.3f, 0.0f}, out);
   if (surface.scribe) draw_scribe(*surface.scribe, *surface.pixel_mm, out);
   return out;
 }
@@ -237,9 +262,10 @@ std::vector<Picture> pictures_of(const GradeReport& report) {
   for (const ShownTime& shown : report.surface.shown) {
     const std::string time = time_text(report, report.surface.times[shown.time]);
     pictures.push_back({"photo", time, shown.color});
-    const std::string scribe = report.surface.scribe ? ", the scribe is green" : "";
-    pictures.push_back(
-        {"counted", time + ": rust is outlined, cracks are blue" + scribe, counted(shown, report.surface)});
+    std::string caption = time + ": rust is outlined in magenta, cracks are blue";
+    if (!shown.marks[0].empty()) caption += ", blisters are outlined in yellow, flakes in orange";
+    if (report.surface.scribe) caption += ", the scribe is green";
+    pictures.push_back({"counted", caption, counted(shown, report.surface)});
   }
   return pictures;
 }

@@ -6,8 +6,10 @@
 
 #include "analysis/cracks/line_mask.h"
 #include "analysis/grading/region_figures.h"
+#include "analysis/grading/relief_marks.h"
 #include "analysis/grading/rust_map.h"
 #include "analysis/grading/scribe_finder.h"
+#include "analysis/grading/surface_forecast.h"
 #include "libcommon/core/text.h"
 #include "libcommon/metrics/color_curves.h"
 #include "patinate/core/error.h"
@@ -200,73 +202,25 @@ RustFrame without_creep(RustFrame rust, const Scribe& scribe, double pixel_mm) {
   return rust;
 }
 
+/// Every photograph knows its heights; a map that is constant in time is the shape of the sample.
+bool has_heights(const HistoryFacts& facts) {
+  return std::all_of(facts.frames.begin(), facts.frames.end(), [](const FrameFacts& f) {
+    return std::find(f.extras.begin(), f.extras.end(), "height") != f.extras.end();
+  });
+}
+
+/// By kind.
+std::array<ReliefMarks, 2> relief_of(const ImageF& before, const ImageF& now, const ImageU8& mask) {
+  const ImageF change = height_change(before, now, mask);
+  return {find_relief_marks(change, mask, ReliefKind::Blister), find_relief_marks(change, mask, ReliefKind::Flake)};
+}
+
 GradedRegion begun(const GradeRegion& region, std::optional<double> pixel_mm, const RustRule& rule) {
   GradedRegion out{.name = region.name};
   for (const std::uint8_t v : region.mask.values()) out.num_pixels += v != 0 ? 1 : 0;
   if (pixel_mm) out.area_mm2 = static_cast<double>(out.num_pixels) * *pixel_mm * *pixel_mm;
   out.seen_from_percent = 100.0 * rule.least_area_px / static_cast<double>(out.num_pixels);
   return out;
-}
-
-/// Of damage that does not heal.
-constexpr std::array<std::string_view, 3> kHealsNever{"rusted_percent", "creep_mm", "creep_max_mm"};
-constexpr int kForecastSteps = 24;
-
-/// Of one figure in all regions that have it at all times.
-void add_forecast(std::string_view figure, GradedSurface& surface) {
-  std::vector<std::vector<double>> series;
-  std::vector<GradedRegion*> regions;
-  for (GradedRegion& region : surface.regions) {
-    std::vector<double> values;
-    for (const std::optional<GradedFigure>& f : region.series(figure)) {
-      if (f) values.push_back(f->value);
-    }
-    if (values.size() != surface.times.size()) continue;
-    series.push_back(std::move(values));
-    regions.push_back(&region);
-  }
-  if (series.empty()) return;
-  const bool never_falls = std::find(kHealsNever.begin(), kHealsNever.end(), figure) != kHealsNever.end();
-  const std::optional<GrowthForecast> made =
-      forecast_growth(surface.times, series, surface.forecast_times, never_falls);
-  if (!made) return;
-  for (std::size_t r = 0; r < regions.size(); ++r) {
-    FigureForecast forecast{std::string(figure), made->test, made->values[r]};
-    const GradedFigure last = *regions[r]->times.back().figure(figure);
-    for (GradedFigure& f : forecast.values) {  // What is measured now is not certain either.
-      f.low -= last.value - last.low;
-      f.high += last.high - last.value;
-    }
-    regions[r]->forecasts.push_back(std::move(forecast));
-  }
-}
-
-void add_forecasts(double until, GradedSurface& surface) {
-  const double last = surface.times.back();
-  if (!(until > last))
-    throw InvalidInput("--forecast: " + number_text(until) + " is not after the last photograph, " + number_text(last));
-  for (int k = 1; k <= kForecastSteps; ++k)
-    surface.forecast_times.push_back(last + (until - last) * k / kForecastSteps);
-  for (const std::string_view figure : kGradedFigureNames) add_forecast(figure, surface);
-  const bool is_any = std::any_of(surface.regions.begin(), surface.regions.end(),
-                                  [](const GradedRegion& r) { return !r.forecasts.empty(); });
-  if (is_any) return;
-  surface.forecast_times.clear();
-  surface.notes.push_back("nothing is forecast: that takes " + std::to_string(kLeastForecastTimes) +
-                          " photographs and a figure that changes");
-}
-
-/// Damage does not heal: a figure never falls, nor do the ends of its interval.
-void keep_from_falling(GradedRegion& region, std::string_view name) {
-  const auto at = static_cast<std::size_t>(std::find(kGradedFigureNames.begin(), kGradedFigureNames.end(), name) -
-                                           kGradedFigureNames.begin());
-  GradedFigure most{};
-  for (RegionFigures& time : region.times) {
-    std::optional<GradedFigure>& figure = time.figures[at];
-    if (!figure) continue;
-    most = {std::max(most.value, figure->value), std::max(most.low, figure->low), std::max(most.high, figure->high)};
-    figure = most;
-  }
 }
 
 }  // namespace
@@ -302,16 +256,6 @@ ImageU8 polygon_mask(int width, int height, double pixel_mm, const std::vector<d
   ImageU8 mask(width, height);
   std::copy(drawn.begin<std::uint8_t>(), drawn.end<std::uint8_t>(), mask.data());
   return mask;
-}
-
-ExtendedSeries extended_series(const GradedSurface& surface, const GradedRegion& region, std::string_view figure) {
-  ExtendedSeries out{surface.times, region.series(figure)};
-  for (const FigureForecast& forecast : region.forecasts) {
-    if (forecast.figure != figure) continue;
-    out.times.insert(out.times.end(), surface.forecast_times.begin(), surface.forecast_times.end());
-    out.figures.insert(out.figures.end(), forecast.values.begin(), forecast.values.end());
-  }
-  return out;
 }
 
 GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion> regions,
@@ -358,6 +302,12 @@ GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion
                     rule, control.part(0.0, 0.5));
   const std::vector<MaterialMap> maps = material_maps(series.facts());
   const bool has_gloss = std::find(maps.begin(), maps.end(), MaterialMap::Roughness) != maps.end();
+  const auto height_at = [&](std::size_t t) {
+    return series.on_surface(sample_material_map(series.history(), MaterialMap::Height, out.times[t], Between::Blend));
+  };
+  const bool has_relief = out.pixel_mm && has_heights(series.facts());
+  const ImageF height_before = has_relief && has_unexposed ? height_at(unexposed) : ImageF();
+  const ImageU8 coated = scribe ? without_scribe(mask, *scribe, *out.pixel_mm) : mask;
   const std::size_t shown_step = std::max<std::size_t>(1, (out.times.size() + kShownTimes - 2) / (kShownTimes - 1));
   for (std::size_t t = 0; t < out.times.size(); ++t) {
     const RustFrame rust = map.at(static_cast<int>(t));
@@ -372,8 +322,9 @@ GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion
     }
     ImageU8 cracks;
     if (has_unexposed && out.pixel_mm && t != unexposed)
-      cracks = cracks_of(before, now, scribe ? without_scribe(mask, *scribe, *out.pixel_mm) : mask, rust.coverage,
-                         options.crack_reach_px);
+      cracks = cracks_of(before, now, coated, rust.coverage, options.crack_reach_px);
+    std::array<ReliefMarks, 2> relief;
+    if (has_relief) relief = relief_of(height_before, height_at(t), coated);
     for (std::size_t r = 0; r < regions.size(); ++r) {
       const ImageU8& region = regions[r].mask;
       RegionFigures& figures = out.regions[r].times.emplace_back();
@@ -381,15 +332,17 @@ GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion
       if (has_unexposed) add_color_figures(before, now, rust.coverage, region, figures);
       if (has_gloss) add_gloss_figures(f0, roughness, rust.coverage, region, figures);
       if (has_unexposed && out.pixel_mm) add_crack_figures(cracks, region, *out.pixel_mm, figures);
+      if (has_relief) add_relief_figures(relief[0], relief[1], rust.coverage, region, *out.pixel_mm, figures);
       if (scribe) add_creep_figures(rust.coverage, region, *out.pixel_mm, *scribe, figures);
     }
-    if (t % shown_step == 0 || t + 1 == out.times.size()) out.shown.push_back({t, now, rust.coverage, cracks});
+    if (t % shown_step == 0 || t + 1 == out.times.size()) {
+      out.shown.push_back({t, now, rust.coverage, cracks});
+      if (has_relief) out.shown.back().marks = {std::move(relief[0].labels), std::move(relief[1].labels)};
+    }
     control.report(0.5 + 0.5 * static_cast<double>(t + 1) / static_cast<double>(out.times.size()));
     control.throw_if_stopped();
   }
-  for (GradedRegion& region : out.regions) {
-    for (const std::string_view name : kHealsNever) keep_from_falling(region, name);
-  }
+  for (GradedRegion& region : out.regions) keep_from_falling(region);
   if (options.forecast) add_forecasts(*options.forecast, out);
   return out;
 }

@@ -72,10 +72,11 @@ struct GradedRegion {
 
 /// What a page shows of a time.
 struct ShownTime {
-  std::size_t time = 0;  ///< Index.
-  ImageF color;          ///< Linear.
-  ImageF rust;           ///< Coverage.
-  ImageU8 cracks;        ///< 0 / 255; empty where they are not looked for.
+  std::size_t time = 0;                        ///< Index.
+  ImageF color;                                ///< Linear.
+  ImageF rust;                                 ///< Coverage.
+  ImageU8 cracks;                              ///< 0 / 255; empty where they are not looked for.
+  std::array<std::vector<int>, 2> marks = {};  ///< Blisters and flakes by pixel, -1 = none; empty without heights.
 };
 
 struct GradedSurface {
@@ -89,14 +90,6 @@ struct GradedSurface {
   std::vector<ShownTime> shown = {};  ///< At most four, the last among them.
   std::vector<std::string> notes = {};
 };
-
-/// A figure at the times of photographs, and then at those of its forecast if it has one.
-struct ExtendedSeries {
-  std::vector<double> times;
-  std::vector<std::optional<GradedFigure>> figures;
-};
-[[nodiscard]] ExtendedSeries extended_series(const GradedSurface& surface, const GradedRegion& region,
-                                             std::string_view figure);
 
 /// @param regions  Empty: the whole sample less its edge.
 /// @throws InvalidInput if regions lie over each other, have equal names or another size, or hold nothing of the

@@ -15,7 +15,6 @@ constexpr double kLeastGain = 0.9;        // Of the squared held error: below it
 constexpr double kStudentFactor = 2.353;  // 95th percentile, three degrees of freedom.
 constexpr std::size_t kMaxOrigins = 12;   // Tests of a series; more overlap more.
 constexpr double kEndShare = 0.1;         // Of the times, to whose mean a law is moved.
-constexpr double kNormalOfMad = 1.4826;   // Standard deviation over median absolute deviation.
 constexpr double kNoiseOfBend = 2.449;    // sqrt(6): of y2 - 2 y1 + y0 over that of y.
 
 using Values = std::vector<double>;
@@ -151,7 +150,7 @@ double noise_of(const Values& values) {
   Values bends;
   for (std::size_t i = 2; i < values.size(); ++i)
     bends.push_back(std::abs(values[i] - 2.0 * values[i - 1] + values[i - 2]));
-  return kNormalOfMad * median(std::move(bends)) / kNoiseOfBend;
+  return kSigmaOfMad * median(std::move(bends)) / kNoiseOfBend;
 }
 
 /// By how much what is foretold is off, over the range and the time ahead.

@@ -16,10 +16,8 @@ namespace patinate::analysis {
 
 namespace {
 
-// Uncertainties of areas, chosen on drawn panels (docs/algorithms/grading.md): where the edge of a blurred spot of
-// uneven color lies; how far its opacity is off, rim and core having other colors; and the share of a spot that is
-// hardly larger than the blur, whose own color nobody sees.
-constexpr double kEdgeUncertainty_px = 0.25;
+// Uncertainties of areas, chosen on drawn panels (docs/algorithms/grading.md): how far a spot's opacity is off, rim and
+// core having other colors; and the share of a spot that is hardly larger than the blur, whose own color nobody sees.
 constexpr double kColorUncertainty = 0.04;
 constexpr double kSmallUncertainty = 0.3;
 constexpr double kSmall_px = 16.0;
@@ -200,6 +198,43 @@ void add_crack_figures(const ImageU8& cracks, const ImageU8& region, double pixe
   // The edges of a crack are known to half a pixel each.
   const double width = network.width_px().value_or(0.0) * pixel_mm;
   slot(figures, "crack_width_mm") = GradedFigure{width, std::max(0.0, width - pixel_mm), width + pixel_mm};
+}
+
+void add_relief_figures(const ReliefMarks& blisters, const ReliefMarks& flakes, const ImageF& rust,
+                        const ImageU8& region, double pixel_mm, RegionFigures& figures) {
+  const auto add = [&](const ReliefMarks& marks, bool is_blister, std::string_view area_name,
+                       std::string_view size_name) {
+    std::vector<double> inside(marks.marks.size(), 0.0), all = inside, rusted = inside;
+    double num_pixels = 0.0;
+    for (std::size_t i = 0; i < marks.labels.size(); ++i) {
+      num_pixels += region.data()[i] != 0 ? 1.0 : 0.0;
+      if (marks.labels[i] < 0) continue;
+      const auto label = static_cast<std::size_t>(marks.labels[i]);
+      all[label] += 1.0;
+      inside[label] += region.data()[i] != 0 ? 1.0 : 0.0;
+      rusted[label] += static_cast<double>(rust.data()[i]) >= kRusted ? 1.0 : 0.0;
+    }
+    GradedFigure area;
+    double sizes = 0.0, count = 0.0;
+    for (std::size_t k = 0; k < marks.marks.size(); ++k) {
+      if (inside[k] == 0.0 || (is_blister && rusted[k] > 0.5 * all[k])) continue;
+      const ReliefMark& mark = marks.marks[k];
+      const double share = inside[k] / all[k];
+      area.value += share * mark.area_px;
+      area.low += share * std::max(0.0, mark.area_px - mark.uncertain_px);
+      area.high += share * (mark.area_px + mark.uncertain_px);
+      sizes += is_blister ? diameter_mm(mark.area_px, pixel_mm) : mark.longest_px * pixel_mm;
+      count += 1.0;
+    }
+    for (double* end : {&area.value, &area.low, &area.high}) *end = std::min(100.0, 100.0 * *end / num_pixels);
+    slot(figures, area_name) = area;
+    const double size = count > 0.0 ? sizes / count : 0.0;
+    // Both ends of a mark are known to half a pixel.
+    slot(figures, size_name) =
+        count > 0.0 ? GradedFigure{size, std::max(0.0, size - pixel_mm), size + pixel_mm} : GradedFigure{};
+  };
+  add(blisters, true, "blistered_percent", "blister_mm");
+  add(flakes, false, "flaked_percent", "flake_mm");
 }
 
 void add_creep_figures(const ImageF& rust, const ImageU8& region, double pixel_mm, const Scribe& scribe,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "analysis/grading/graded_surface.h"
+#include "analysis/grading/relief_marks.h"
 #include "analysis/grading/rust_map.h"
 
 namespace patinate::analysis {
@@ -19,6 +20,10 @@ void add_gloss_figures(const ImageF& f0, const ImageF& roughness, const ImageF& 
                        RegionFigures& figures);
 /// Sets length and width of cracks; 0 without any. @param cracks  0 / 255; may be empty: none.
 void add_crack_figures(const ImageU8& cracks, const ImageU8& region, double pixel_mm, RegionFigures& figures);
+/// Sets areas and mean sizes of blisters and flakes: the diameter of a circle of a blister's area, the largest
+/// dimension of a flake. A blister that is more than half rust is a pile of rust. @param rust  Coverage.
+void add_relief_figures(const ReliefMarks& blisters, const ReliefMarks& flakes, const ImageF& rust,
+                        const ImageU8& region, double pixel_mm, RegionFigures& figures);
 /// Sets mean and largest creep to one side of a scribe [ISO 4628-8:2012, clause 6]. @param rust  Coverage.
 void add_creep_figures(const ImageF& rust, const ImageU8& region, double pixel_mm, const Scribe& scribe,
                        RegionFigures& figures);

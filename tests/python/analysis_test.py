@@ -44,6 +44,23 @@ class Grade(PythonCase):
         with self.assertRaisesRegex(patinate.InvalidInput, "scribe"):
             patinate.grade(history, scribe=(1, 2, 3))
 
+    def test_a_blister_is_graded_where_heights_are_known_and_goes_on(self):
+        # A cap of 0.2 mm whose area grows by 1 % of the panel each 100 h, from the first photograph on.
+        y, x = np.mgrid[:100, :100]
+        hours = np.arange(0, 800, 100.0)
+        heights = [0.2 * np.clip(1 - ((x - 50) ** 2 + (y - 50) ** 2) * np.pi / (100 * max(t / 100, 1e-9)), 0, None) for t in hours]
+        frames = np.full((len(hours), 100, 100, 3), 0.5, np.float32)
+        history = patinate.history_from_arrays(frames, hours, time_unit="h", texel_size_mm=0.1, frame_extras=[{"height": h.astype(np.float32)} for h in heights])
+        sample = patinate.grade(history, edge_mm=0, forecast=1000)["sample"]
+        value, low, high = sample["figures"]["blistered_percent"][-1]
+        self.assertTrue(low <= 7.0 <= high, (low, value, high))
+        self.assertEqual(sample["grades"]["flaking"][-1], "0")
+        self.assertAlmostEqual(sample["forecasts"]["blistered_percent"][-1, 0], 10.0, delta=1.0)
+        self.assertEqual(sample["forecast_times"][-1], 1000.0)
+        # Without heights nothing is said of blisters.
+        flat = patinate.history_from_arrays(frames[:2], [0.0, 100.0], texel_size_mm=0.1)
+        self.assertNotIn("blistered_percent", patinate.grade(flat, edge_mm=0)["sample"]["figures"])
+
 
 class Compare(PythonCase):
     def test_figures_are_the_commands(self):

@@ -43,6 +43,9 @@ TEST(GradeRules, HaveTheLimitsOfTheStandards) {
   EXPECT_EQ(grade("d610", 0.3), "7");
   EXPECT_EQ(grade("d610", 51.0), "0");
   EXPECT_EQ(grade("creep", 2.5), "6");
+  EXPECT_EQ(grade("blister_size", 0.4), "3");
+  EXPECT_EQ(grade("flaking", 0.3), "2");
+  EXPECT_EQ(grade("flake_size", 12.0), "4");
 }
 
 /// Gray paint with a disk of rust and a pale stain, seen through a camera.

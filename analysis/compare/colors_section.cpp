@@ -12,7 +12,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMaxColorTimes = 13, kMaxColorSamples = 4096;
+constexpr std::size_t kMaxColorTimes = 13, kMaxColorSamples = 4096;  ///< Times and places, evenly picked.
 constexpr std::uint32_t kDistributionPurpose = 101, kOnsetPurpose = 102, kSaturationPurpose = 103,
                         kCoveredPurpose = 104;
 

@@ -15,6 +15,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::uint32_t kSharePurpose = 401, kCellPurpose = 402, kAnglePurpose = 403, kSidePurpose = 404;
+/// Area; px; arm over the crack's width (docs/algorithms/crack_statistics.md).
 constexpr double kMinShare = 1e-4, kShortestArm = 6.0, kArmPerWidth = 2.5;
 
 /// Cracks of one side at the last common time, by the blocks they lie in.

@@ -14,8 +14,8 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMaxMaterialTimes = 9;
-constexpr std::size_t kMaxPlaces = 4096;  ///< Of a side and time, whose BRDFs are told.
+constexpr std::size_t kMaxMaterialTimes = 9;  ///< See docs/algorithms/compare.md.
+constexpr std::size_t kMaxPlaces = 4096;      ///< Of a side and time, whose BRDFs are told.
 constexpr std::uint32_t kBrdfPurpose = 301, kMapPurpose = 310;
 
 /// One number of a material.

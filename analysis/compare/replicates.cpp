@@ -15,7 +15,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr double kLevel = 0.05;
+constexpr double kLevel = 0.05;  ///< Significance.
 
 bool is_left_out(std::string_view name) {
   const auto has = [&](std::string_view part) { return name.find(part) != std::string_view::npos; };

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kReportedLevel = 0.05;
+constexpr double kReportedLevel = 0.05;  ///< Significance.
 
 std::string number(double v) { return short_number_text(rounded(v, 3) + 0.0); }
 std::string number(const std::optional<double>& v) { return v ? number(*v) : "-"; }

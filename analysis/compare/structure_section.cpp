@@ -13,7 +13,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMaxStructureTimes = 9;
+constexpr std::size_t kMaxStructureTimes = 9;  ///< Times, evenly picked.
 constexpr std::uint32_t kSpectrumPurpose = 201, kLengthPurpose = 202, kContrastPurpose = 203;
 
 Spectrum spectrum_of(const SpatialStructure& structure, std::span<const int> weights) {

@@ -12,8 +12,8 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr int kJunctionReach = 2;  ///< Pixels around a junction in which its arms touch each other.
-constexpr double kSmallestCell = 16.0;
+constexpr int kJunctionReach = 2;       ///< Pixels around a junction in which its arms touch each other.
+constexpr double kSmallestCell = 16.0;  ///< px2; smaller cells are holes in a crack.
 constexpr double kRadians = std::numbers::pi / 180.0;
 
 double length_of(const ImageU8& lines) {

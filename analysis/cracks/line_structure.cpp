@@ -10,6 +10,7 @@ namespace patinate::analysis {
 
 namespace {
 
+/// px2 and px: smaller cells are holes in a line; nearer junctions are one.
 constexpr double kSmallestLineCell = 16.0, kLineJunctionReach = 3.0;
 
 /// The tip of a line, not a lone pixel: its neighbors are one, or two that touch each other.

@@ -36,7 +36,7 @@ struct SurfaceBlocks {
 /// How many blocks fit whose edge is kRangesInBlock times `range_mm`, within [kMinBlocks, kMaxBlocks].
 [[nodiscard]] int suited_block_count(double range_mm, double area_mm2);
 
-inline constexpr std::size_t kNumDistanceSteps = 128;
+inline constexpr std::size_t kNumDistanceSteps = 128;  ///< Steps of the correlation over distance.
 
 /// How alike the values of two places are, by their distance, for one list of values or more.
 struct Correlograms {

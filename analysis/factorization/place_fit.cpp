@@ -15,14 +15,14 @@ namespace {
 constexpr int kRateSteps = 17, kDelaySteps = 33;  ///< Of the grid.
 constexpr double kLargestDelay = 0.5;             ///< Of the grid, as a share of the span.
 constexpr int kHalfWindow = 3;                    ///< Of the filter against outliers [Hampel 1974].
-constexpr double kOutlier = 3.0 * 1.4826;
-constexpr int kMostSteps = 40, kOtherSteps = 8;  ///< From the best start, and from the other as long as it is behind.
-constexpr double kMinGain = 1e-7;                ///< Relative fall of the cost at which the search ends.
+constexpr double kOutlier = 3.0 * 1.4826;         ///< Three standard deviations, from the median absolute deviation.
+constexpr int kMostSteps = 40, kOtherSteps = 8;   ///< From the best start, and from the other as long as it is behind.
+constexpr double kMinGain = 1e-7;                 ///< Relative fall of the cost at which the search ends.
 constexpr double kSignificant =
     40.0;  ///< Fall of the cost that noise alone does not give: chi-square of 5 at 1e-6, and a search.
 constexpr double kKnownRate =
     0.35;  ///< Standard deviation of log rate up to which it is known: half of what is expected unseen.
-constexpr int kMaxParameters = 8;
+constexpr int kMaxParameters = 8;  ///< Gain and base of three channels, rate and offset.
 
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxParameters, 1>;
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxParameters, kMaxParameters>;
@@ -106,7 +106,7 @@ PlaceFit::PlaceFit(const TemporalModel& model, const std::vector<double>& times,
 /// Whether means over stretches of time differ by more than noise from one frame to the next leaves, and visibly. What
 /// the curve misses of other places is no noise here: it would hide any change.
 bool PlaceFit::has_changed(const float* values, const std::uint8_t* seen) const {
-  constexpr std::size_t kMaxStretches = 6, kMinInOne = 3;
+  constexpr std::size_t kMaxStretches = 6, kMinInOne = 3;  // See docs/algorithms/factorization.md.
   constexpr double kErrors = 6.0;  // Of the largest of 45 differences, and of noise known from a few frames.
   std::vector<std::size_t> known;
   for (std::size_t t = 0; t < times_.size(); ++t) {

@@ -11,7 +11,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr double kBendingAtStart = 1e-7;  ///< Of one value's weight, per coefficient.
-constexpr int kSamplesPerInterval = 8;
+constexpr int kSamplesPerInterval = 8;    ///< Samples of the drawn and searched curve.
 
 TemporalCurve domain_only(double low, double high, int num_intervals) {
   return {.low = low, .high = high, .coefficients = {std::vector<double>(static_cast<std::size_t>(num_intervals) + 3)}};
@@ -64,7 +64,7 @@ std::vector<double> fitted_curve(double low, double high, int num_intervals, std
     }
   }
   const double bending = kBendingAtStart * static_cast<double>(clocks.size());
-  constexpr std::array<double, 3> kSecond{1.0, -2.0, 1.0};
+  constexpr std::array<double, 3> kSecond{1.0, -2.0, 1.0};  // Second difference, whose square is the bending.
   for (Eigen::Index k = 0; k + 2 < size; ++k) {
     for (Eigen::Index p = 0; p < 3; ++p) {
       for (Eigen::Index q = 0; q < 3; ++q) normal(k + p, k + q) += bending * kSecond[p] * kSecond[q];

@@ -56,7 +56,7 @@ namespace {
 /// The figure of surfaces made of drawn blocks; empty when there are too few of them.
 std::vector<std::vector<double>> resampled(const BlockGrid& a, const BlockGrid& b, const BlockFigure& figure,
                                            const BootstrapOptions& options, const RunControl& control) {
-  constexpr std::size_t kMinBlocks = 4;
+  constexpr std::size_t kMinBlocks = 4;  // Fewer blocks or draws give no interval.
   constexpr int kMinResamples = 10;
   if (options.resamples < kMinResamples || a.used.size() < kMinBlocks || b.used.size() < kMinBlocks) return {};
   std::vector<std::vector<double>> results(static_cast<std::size_t>(options.resamples));

@@ -215,7 +215,7 @@ std::vector<std::string> time_warnings(const std::vector<NamedFacts>& histories,
   CompareOptions ends = options;
   ends.num_times = 2;  // From where all have frames to where one ends.
   const GroupTimes times = common_times(histories, ends);
-  constexpr double kMinShare = 0.5;
+  constexpr double kMinShare = 0.5;  // Share of a side's time that is compared, below which it is said.
   std::string covered;
   for (const NamedFacts& h : histories)
     covered += (covered.empty() ? h.name + " covers " : ", " + h.name + " ") + span_text(*h.facts);

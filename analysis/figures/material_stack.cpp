@@ -12,7 +12,9 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::array<double, 3> kViews{15.0, 45.0, 60.0};  ///< Degrees from the normal.
+/// Degrees from the normal (docs/algorithms/compare.md).
 constexpr std::array<double, 5> kLights{15.0, 30.0, 45.0, 60.0, 75.0};
+/// Degrees around the normal, from the plane of view.
 constexpr std::array<double, 3> kAround{0.0, 90.0, 180.0};
 constexpr double kMinRoughness = 0.05;  ///< As Lobe asks for.
 

@@ -11,10 +11,10 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr int kCoarse = 4;          ///< Pixels a side of the means that show no grain.
-constexpr int kMinCoarseSide = 16;  ///< Of a surface of such means: smaller ones say nothing.
-constexpr double kFeaturesABlock = 4.0;
-constexpr int kFewest = 3, kMost = 8;
+constexpr int kCoarse = 4;               ///< Pixels a side of the means that show no grain.
+constexpr int kMinCoarseSide = 16;       ///< Of a surface of such means: smaller ones say nothing.
+constexpr double kFeaturesABlock = 4.0;  ///< See docs/algorithms/compare.md.
+constexpr int kFewest = 3, kMost = 8;    ///< Blocks along a side (docs/algorithms/compare.md).
 
 /// One channel of what has changed, as lightness of a stack of one time.
 ColorStack change_of(const ColorStack& stack) {

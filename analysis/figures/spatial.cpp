@@ -9,7 +9,8 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr int kSmallestTile = 8, kLargestTile = 64;
+constexpr int kSmallestTile = 8, kLargestTile = 64;  ///< px: sides of a spectrum's tile, powers of two.
+/// px of the autocorrelation; directions 0, 45, 90 and 135 degrees.
 constexpr std::size_t kMaxLags = 96, kDirections = 4;
 constexpr int kStepX[kDirections] = {1, 0, 1, 1}, kStepY[kDirections] = {0, 1, 1, -1};
 constexpr double kStepLength[kDirections] = {1.0, 1.0, std::numbers::sqrt2, std::numbers::sqrt2};

@@ -11,9 +11,9 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr double kHeldByIntervals = 0.9;
-constexpr std::size_t kMinDraws = 3;
-constexpr double kWithoutDraws = 1.01;
+constexpr double kHeldByIntervals = 0.9;  ///< All intervals together (docs/algorithms/fit.md).
+constexpr std::size_t kMinDraws = 3;      ///< Fewer draws give no deviation: the largest of them is taken.
+constexpr double kWithoutDraws = 1.01;    ///< Rise of the objective by 1 % where no draws were made.
 
 double variance_of(std::span<const double> v) {
   const auto n = static_cast<double>(v.size());

@@ -23,6 +23,7 @@ const Curve* curve_of(std::span<const Section> sections, const std::string& name
 /// From the least value to some times the rise that the data can tell: far ends of a range, where the objective is many
 /// times that, would leave one flat line of the rest.
 std::optional<std::pair<double, double>> rises_that_matter(const FitOutcome& o, const Chart& chart) {
+  // Rises of the objective that the data can tell, above and below the best.
   constexpr double kShownRises = 5.0, kBelow = 0.25;
   const double best = *o.best.result.objective;
   double low = best, high = best;

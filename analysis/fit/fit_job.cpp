@@ -18,9 +18,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kSearchVersion = 4;  ///< Raised when the same input gives other values;
-constexpr std::int64_t kStageVersion = 8;   ///< when the same values give another report.
-constexpr int kEvaluationsPerParameter = 100;
+constexpr std::int64_t kSearchVersion = 4;      ///< Raised when the same input gives other values;
+constexpr std::int64_t kStageVersion = 8;       ///< when the same values give another report.
+constexpr int kEvaluationsPerParameter = 100;   ///< Default budget (docs/fit.md).
 constexpr std::size_t kMinParameters = 2;       ///< Of which a budget is enough: one alone does not end in 100.
 constexpr double kSmallestLookStep = 0.05;      ///< Of the search for an appearance, however narrow the outer one has
                                                 ///< become; but no wider than its first step.

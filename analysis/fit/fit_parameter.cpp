@@ -10,7 +10,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr int kDigits = 6;
+constexpr int kDigits = 6;  ///< See docs/algorithms/fit.md, Parameters.
 
 /// What is wrong with a range, "" if nothing.
 std::string problem_of(const FitRange& range) {

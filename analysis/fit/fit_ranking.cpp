@@ -16,7 +16,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr double kLevel = 0.05;
+constexpr double kLevel = 0.05;  ///< Significance.
 
 /// A mean of values that scatter, with the variance of it and the degrees of freedom behind that.
 struct Mean {

@@ -16,6 +16,7 @@ namespace patinate::analysis {
 
 namespace {
 
+/// Waves along a side; parts of the cross-validation (docs/algorithms/fields.md).
 constexpr int kMaxWaves = 16, kFolds = 4;
 constexpr double kSameValue = 1e-9;  ///< Levels that are no farther apart at a place are one.
 

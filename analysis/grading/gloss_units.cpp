@@ -20,11 +20,11 @@ struct Meter {
   double receptor_in, receptor_across;
 };
 constexpr Meter kMeters[] = {{20, 0.75, 2.5, 1.80, 3.6}, {60, 0.75, 2.5, 4.4, 11.7}, {85, 0.75, 2.5, 4.0, 6.0}};
-constexpr int kSourceSteps = 5;   // Along each side of the source's image.
-constexpr int kLeastSteps = 24;   // Along each side of the receptor.
-constexpr int kStepsPerLobe = 6;  // Along the width of a lobe that is narrower than the receptor.
-constexpr double kGlassIndex = 1.567;
-constexpr double kHighestF0 = 0.999;  // An index of 4,000; 1 has none.
+constexpr int kSourceSteps = 5;        // Along each side of the source's image.
+constexpr int kLeastSteps = 24;        // Along each side of the receptor.
+constexpr int kStepsPerLobe = 6;       // Along the width of a lobe that is narrower than the receptor.
+constexpr double kGlassIndex = 1.567;  ///< Black glass [ISO 2813].
+constexpr double kHighestF0 = 0.999;   // An index of 4,000; 1 has none.
 
 /// Of unpolarized light, by Fresnel's equations.
 double reflectance(double index, double cosine) {

@@ -185,7 +185,7 @@ void add_gloss_figures(const ImageF& f0, const ImageF& roughness, const ImageF& 
 }
 
 void add_crack_figures(const ImageU8& cracks, const ImageU8& region, double pixel_mm, RegionFigures& figures) {
-  constexpr double kArm_px = 8.0;
+  constexpr double kArm_px = 8.0;  // Length from a junction at which an arm's direction is measured.
   const CrackNetwork network = cracks.empty() ? CrackNetwork{} : measure_cracks(cracks, region, kArm_px);
   if (!(network.length_px > 0.0)) {
     set_exact(figures, "crack_mm_per_mm2", 0.0);

@@ -10,10 +10,10 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr int kBlocksAlong = 24;  // Along the longer side.
-constexpr int kMinBlock_px = 12;
-constexpr int kBlurredEdge_px = 2;
-constexpr double kMinClean = 0.1;  // Share of a block that must be clean to tell its color.
+constexpr int kBlocksAlong = 24;    // Along the longer side.
+constexpr int kMinBlock_px = 12;    ///< Least side of a block whose color is taken.
+constexpr int kBlurredEdge_px = 2;  ///< Rim of rust that the lens's blur mixes with paint.
+constexpr double kMinClean = 0.1;   // Share of a block that must be clean to tell its color.
 
 /// Numbers on a coarse grid, in between bilinear.
 struct Grid {

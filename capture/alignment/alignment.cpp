@@ -18,18 +18,19 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kMinSide = 32;
+constexpr int kMinSide = 32;  ///< px; a patch of 41 px and its search need about this.
+/// px; larger photographs are matched at this size (docs/algorithms/alignment.md).
 constexpr int kMatchedSide = 1600;
-constexpr int kMaxFeatures = 6000;
-constexpr float kRatio = 0.85f;  ///< Lowe's test: nearest over second nearest descriptor.
-constexpr double kInlierDistance_px = 3.0;
-constexpr int kMinInliers = 15;
-constexpr int kPatch = 20;  ///< Half side of the patches that make the view exact, in pixels.
-constexpr int kPatchStep = 16;
-constexpr int kSearch = 5;
-constexpr double kPatchDistance_px = 1.5;
-constexpr double kMinCorrelation = 0.4;  ///< Of a patch.
-constexpr double kMinBend = 0.01;        ///< Of the correlation's peak, per square pixel.
+constexpr int kMaxFeatures = 6000;          ///< Strongest SIFT features of a photograph.
+constexpr float kRatio = 0.85f;             ///< Lowe's test: nearest over second nearest descriptor.
+constexpr double kInlierDistance_px = 3.0;  ///< RANSAC's distance (docs/algorithms/alignment.md).
+constexpr int kMinInliers = 15;             ///< Matches that must agree (docs/algorithms/alignment.md).
+constexpr int kPatch = 20;                  ///< Half side of the patches that make the view exact, in pixels.
+constexpr int kPatchStep = 16;              ///< px between patches of a refinement round.
+constexpr int kSearch = 5;                  ///< px that a patch is searched in each direction.
+constexpr double kPatchDistance_px = 1.5;   ///< Patches within it are fitted (docs/algorithms/alignment.md).
+constexpr double kMinCorrelation = 0.4;     ///< Of a patch.
+constexpr double kMinBend = 0.01;           ///< Of the correlation's peak, per square pixel.
 
 cv::Mat as_mat(const ImageF& image) {
   return {image.height(), image.width(), CV_32FC(image.channels()), const_cast<float*>(image.data())};
@@ -191,7 +192,7 @@ double rms_distance(const cv::Matx33d& h, const Matches& matches, const std::vec
 /// disturbs those that hold it and no others. Fills everything but num_matches. @returns false when too few patches
 /// agree.
 bool refine(const cv::Mat& reference, const cv::Mat& image, cv::Matx33d& h, ImageAlignment& result) {
-  constexpr int kRounds = 4;
+  constexpr int kRounds = 4;  // Refinement rounds (docs/algorithms/alignment.md).
   for (int round = 0; round < kRounds; ++round) {
     const PatchMatches patches = match_patches(reference, image, h);
     if (patches.correlations.size() < static_cast<std::size_t>(kMinInliers)) return false;

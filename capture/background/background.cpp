@@ -23,6 +23,7 @@ constexpr double kMinSpan = 0.03;   ///< Codes; eight of 255, what JPEG does to 
 constexpr double kMaxSpan = 0.12;   ///< A border that needs more is not plain.
 constexpr double kPlain = 0.6;      ///< Part of the border, from which on it is: the object may be cut by one side.
 constexpr double kSaturated = 0.3;  ///< (max - min) / max of a color that has shades.
+/// Brightness of the background's color that still counts as background.
 constexpr double kShadeLow = 1.0 / 3.0, kShadeHigh = 1.5;
 constexpr double kNearColor = 0.1;     ///< Codes.
 constexpr double kGrainBlur_px = 1.5;  ///< Takes a camera's grain to a fifth.

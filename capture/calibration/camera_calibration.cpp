@@ -36,6 +36,7 @@ struct CameraSolution {
 };
 
 constexpr double kMinSigmaPx = 1e-7;  ///< Exact pixels have no scale of their own.
+/// Rounds with the noise estimated from residuals (docs/algorithms/camera_calibration.md).
 constexpr int kPixelRounds = 3;
 
 /// A point turned by the start's rotation already: the parameters are a small turn and the whole shift.
@@ -64,6 +65,7 @@ struct Pose {
 
 /// How many of k1 k2 p1 p2 k3 are fitted.
 int num_lens_terms(LensTerms lens) {
+  // Distortion terms of each lens model, in the order of kLensNames.
   constexpr std::array<int, 5> kNumTerms{0, 1, 2, 4, 5};
   return kNumTerms[static_cast<std::size_t>(lens)];
 }
@@ -165,7 +167,7 @@ void check_view(const PointView& view, const std::string& name, std::size_t at_l
       throw InvalidInput(name + ": point " + std::to_string(i + 1) + " is not finite");
   }
   const Vec3 extents = extents_of(view.points_mm);
-  constexpr double kLine = 1e-6;
+  constexpr double kLine = 1e-6;  // Ratio of extents, below which points lie on a line.
   if (!(extents[1] > kLine * extents[2])) throw InvalidInput(name + ": its points lie on a line");
 }
 
@@ -208,6 +210,7 @@ CameraProblem start_of_camera(int width, int height, const std::vector<const Poi
   CameraProblem best;
   double least = std::numeric_limits<double>::infinity();
   const double cx = 0.5 * (width - 1), cy = 0.5 * (height - 1);
+  // Focal lengths that are tried, 0.3 to 20 sides (docs/algorithms/camera_calibration.md).
   constexpr int kNumFocals = 18;
   for (int i = 0; i < kNumFocals; ++i) {
     const double focal = std::max(width, height) * 0.3 * std::pow(20.0 / 0.3, i / (kNumFocals - 1.0));
@@ -280,7 +283,7 @@ CameraCalibration calibrate_camera(int width, int height, const std::vector<Poin
     check_view(scanner, names.back(), targets.empty() ? 6 : 3);
     views.push_back(&scanner);
     const Vec3 extents = extents_of(scanner.points_mm);
-    constexpr double kFlat = 1e-4;
+    constexpr double kFlat = 1e-4;  // Ratio of extents, below which points lie in a plane.
     if (targets.empty() && !(extents[0] > kFlat * extents[2])) {
       throw InvalidInput("the scanner points lie on a plane; without views of a target they must not");
     }

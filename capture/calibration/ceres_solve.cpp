@@ -13,6 +13,7 @@ namespace patinate::capture {
 
 namespace {
 
+/// Inverse condition of the scaled normal equations; rounding of doubles is 1e-16.
 constexpr double kMinCondition = 1e-13;
 
 }  // namespace

@@ -32,7 +32,7 @@ struct LambertianSolution {
 };
 
 constexpr double kMinSigma = 1e-9;  ///< Exact values have no scale of their own.
-constexpr int kShadeRounds = 3;
+constexpr int kShadeRounds = 3;     ///< Rounds with robust weights (docs/algorithms/light_calibration.md).
 
 struct ShadeError {
   const ShadedSample* sample;
@@ -102,7 +102,7 @@ LambertianSolution refine_lambertian(const std::vector<std::vector<ShadedSample>
   return solution;
 }
 
-constexpr std::size_t kMinSamples = 20;
+constexpr std::size_t kMinSamples = 20;  ///< Fewer samples do not determine position, strengths and vignetting.
 
 /// Samples that tell something: not saturated, finite. @throws InvalidInput
 std::vector<ShadedSample> usable(const std::vector<ShadedSample>& samples, std::size_t light,
@@ -123,7 +123,7 @@ std::vector<ShadedSample> usable(const std::vector<ShadedSample>& samples, std::
     throw InvalidInput(name + (is_white ? ": nearly all samples are saturated; expected a shorter exposure"
                                         : ": too few samples of the object; expected at least 20"));
   }
-  constexpr double kBlack = 1e-4;
+  constexpr double kBlack = 1e-4;  // Linear value; a code of 8 bits is 3e-4 near black.
   if (!(brightest > kBlack)) throw InvalidInput(name + ": the photographs are black where the object is");
   return used;
 }
@@ -172,8 +172,9 @@ Extent extent_of(const std::vector<ShadedSample>& samples) {
 /// Best of a Fibonacci sphere of directions times a series of distances.
 std::pair<Vec3, LinearFit> start_of_light(const std::vector<ShadedSample>& samples, const Extent& extent,
                                           double scale_mm, bool has_ambient, const RunControl& control) {
+  // Starts of every light (docs/algorithms/light_calibration.md).
   constexpr int kDirections = 200, kDistances = 10;
-  constexpr std::size_t kMaxSamples = 600;
+  constexpr std::size_t kMaxSamples = 600;  // Samples that starts are judged by, evenly picked.
   std::vector<ShadedSample> some;
   const std::size_t step = std::max<std::size_t>(1, samples.size() / kMaxSamples);
   for (std::size_t i = 0; i < samples.size(); i += step) some.push_back(samples[i]);

@@ -250,10 +250,11 @@ std::string highlight_status_text(HighlightStatus status) {
 Highlight find_highlight(const ImageF& photo, const Camera& camera, const Vec3& center, double radius) {
   constexpr double kRim = 0.97;          // Of the sphere's radius: its outline is mixed with what is behind.
   constexpr float kMinContrast = 0.02f;  // Linear, of full scale: less is noise of an 8-bit picture.
+  // A second highlight of this share of the first one's light makes the first ambiguous.
   constexpr double kSimilar = 0.4;
-  constexpr double kMaxShare = 0.05;
-  constexpr float kPlateau = 0.9f;
-  constexpr double kMinPlateau = 50.0;
+  constexpr double kMaxShare = 0.05;     // A highlight covers at most this share of its sphere.
+  constexpr float kPlateau = 0.9f;       // From the median to the peak: a saturated lamp is flat above it.
+  constexpr double kMinPlateau = 50.0;   // Least pixels of a saturated lamp.
   constexpr double kOverexposed = 0.25;  // Less contrast over much of the sphere is the room, not a light.
   Highlight result;
   const auto seen = camera.project(center);

@@ -12,7 +12,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kMaxWidth = 1200;
+constexpr int kMaxWidth = 1200;  ///< px of the report's picture.
 using Color = std::array<float, 3>;
 constexpr std::array<Color, 8> kColors{{{0.9f, 0.2f, 0.1f},
                                         {0.1f, 0.6f, 0.9f},
@@ -97,7 +97,7 @@ ImageF spheres_picture(const ImageF& photo, const Camera& camera, const std::vec
     const Vec3 u = axis.unitOrthogonal(), v = axis.normalized().cross(u);
     const double rim = radius * std::sqrt(1.0 - radius * radius / (distance * distance));
     const Vec3 middle = fits[s].center - radius * radius / (distance * distance) * axis;
-    constexpr int kSides = 180;
+    constexpr int kSides = 180;  // Sides of the drawn outline.
     const auto at = [&](int i) {
       const double angle = 2.0 * std::numbers::pi * i / kSides;
       return camera.project(middle + rim * (std::cos(angle) * u + std::sin(angle) * v));

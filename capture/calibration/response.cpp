@@ -13,7 +13,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kNumCodes = 256;
+constexpr int kNumCodes = 256;  ///< Codes of 8 bits.
 
 double hat(int code) { return code <= 127 ? code + 1.0 : 256.0 - code; }
 
@@ -152,6 +152,7 @@ ResponseCurve recover_response(const std::vector<ImageU8>& photos, const std::ve
   }
   curve.linear[0] = 0.0;
   find_closest(curve);
+  // Codes between the lowest and the highest observed one; fewer do not show the curve.
   constexpr int kMinCovered = 150;
   curve.status = is_rising && curve.high_code - curve.low_code >= kMinCovered ? ResponseStatus::Converged
                                                                               : ResponseStatus::Undetermined;

@@ -42,6 +42,7 @@ CalibrationOutput run_response(JsonReader& json, const ResponseOptions& options)
                          std::to_string(curve.high_code) +
                          " only, which leaves the response open; add shorter or longer exposures");
   }
+  // Root mean square difference from a named curve, of full scale, below which it is named.
   constexpr double kFits = 0.015;
   CalibrationOutput output;
   output.json = std::make_shared<Json>(result_json(CalibrationKind::Response));

@@ -45,6 +45,7 @@ Meeting meet(const std::vector<MirroredRay>& rays) {
     right += across * ray.point;
   }
   const SymmetricEigen<Eigen::Matrix3d> eigen = symmetric_eigen(normal);
+  // Least eigenvalue of the rays' normal matrix: parallel rays do not meet.
   constexpr double kParallel = 1e-10;
   Meeting meeting;
   if (!(eigen.values[0] > kParallel)) return meeting;
@@ -185,7 +186,7 @@ SphereLightResult lights_from_spheres(const Camera& camera, const std::vector<Mi
 Camera distant_camera(int width, int height) {
   CameraParameters p;
   p.width = width, p.height = height;
-  constexpr double kFarPx = 1e6;
+  constexpr double kFarPx = 1e6;  // Focal length that stands for an orthographic camera.
   p.fx = p.fy = kFarPx;
   p.cx = 0.5 * (width - 1), p.cy = 0.5 * (height - 1);
   return Camera(p);

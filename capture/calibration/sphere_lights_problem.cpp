@@ -45,7 +45,7 @@ struct HighlightError {
     const Eigen::Map<const Vec3T<T>> center(center_numbers), light(light_numbers);
     const Vec3T<T> eye = camera->center.cast<T>() - center;
     Vec3T<T> n = normal.cast<T>();
-    constexpr int kRounds = 40;
+    constexpr int kRounds = 40;  // Iterations of the fixed point; each divides the error by about distance / R.
     for (int i = 0; i < kRounds; ++i) {
       const Vec3T<T> point = T(radius) * n;
       const Vec3T<T> to_light = is_near ? Vec3T<T>((light - center - point).normalized()) : Vec3T<T>(light);
@@ -92,7 +92,7 @@ double outline_scale(const Camera& camera, const Vec3& ray, const Vec3& center) 
   return inner && outer ? (*outer - *inner).norm() / (2.0 * step) : 0.0;
 }
 
-constexpr double kHuberSigmas = 3.0;
+constexpr double kHuberSigmas = 3.0;  ///< Standard deviations (docs/algorithms/light_calibration.md).
 
 }  // namespace
 

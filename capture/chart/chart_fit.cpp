@@ -161,7 +161,7 @@ Color3 chart_color(const ChartCamera& camera, const ChartLight& light, const Col
 }
 
 std::int64_t apply_chart(const ChartCamera& camera, const ChartLight& light, ImageF& photo) {
-  constexpr double kRounding = 1e-3;
+  constexpr double kRounding = 1e-3;  // Linear light below 0 that is rounding.
   const double half = 0.5 * std::hypot(photo.width(), photo.height());
   std::int64_t num_outside = 0;
   for (int y = 0; y < photo.height(); ++y) {

@@ -195,7 +195,7 @@ ChartSolution ChartProblem::solve(const std::vector<std::size_t>& photos, ChartU
   ceres::Problem problem;
   add_prior(problem, unknowns.bend.data(), bend_deviations());
   add_prior(problem, unknowns.mix.data(), std::vector<double>(6, kMixDeviation));
-  constexpr double kNone = 1e-9;
+  constexpr double kNone = 1e-9;  // Standard deviation that holds a parameter at its prior.
   add_prior(problem, unknowns.field.data(),
             {has_vignetting ? kVignettingDeviation : kNone, kSlopeDeviation, kSlopeDeviation});
   std::vector<double*> of_photos;
@@ -210,7 +210,7 @@ ChartSolution ChartProblem::solve(const std::vector<std::size_t>& photos, ChartU
           new ceres::CauchyLoss(kLossScale), unknowns.bend.data(), unknowns.mix.data(), unknowns.color.data(),
           unknowns.field.data(), unknowns.misfits[i].data(), light);
     }
-    constexpr double kFree = 100.0;
+    constexpr double kFree = 100.0;  // Standard deviation that leaves a parameter free, logarithm.
     const double gain = k == 0 ? kGaugeDeviation : kFree;
     add_prior(problem, light, {gain, gain, gain, kOwnSlopeDeviation, kOwnSlopeDeviation});
   }

@@ -22,6 +22,7 @@ namespace {
 
 constexpr std::array<int, 2> kSides{1000, 2000};  ///< Longer side at which a photograph is looked at; then finer.
 constexpr double kBrightShare = 0.99;             ///< Of the values, below what becomes code 230.
+/// Linear value that the bright patches are scaled to before colors are compared.
 constexpr double kBright = 0.8;
 constexpr std::size_t kMinQuads = 10;  ///< That are seen; dark ones vanish in the frame.
 /// CIEDE2000 of the middle patch: wrong turns of the chart leave more than twice as much, whatever matrix is fitted.
@@ -121,7 +122,7 @@ double color_error(const std::vector<Eigen::Vector3d>& seen, const std::vector<c
     for (std::size_t i = 0; i < seen.size(); ++i) {
       const Eigen::Vector3d rgb = matrix * seen[i];
       errors[i] = ciede2000(unclamped_lab<double>({rgb[0], rgb[1], rgb[2]}), patches[i]->lab);
-      constexpr double kScale = 5.0;
+      constexpr double kScale = 5.0;  // Delta E at which a patch's weight in the match is halved (Cauchy).
       weights[i] = 1.0 / (1.0 + (errors[i] / kScale) * (errors[i] / kScale));
     }
   }

@@ -12,8 +12,8 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kMinCosine = 0.05;
-constexpr int kGridSide = 48;  ///< Geometry is smooth: so many pixels along a side tell it.
+constexpr double kMinCosine = 0.05;  ///< Cosine to lamp and camera; beyond 87 degrees a pixel is not used.
+constexpr int kGridSide = 48;        ///< Geometry is smooth: so many pixels along a side tell it.
 
 Vec3 vector_at(const ImageF& image, int x, int y) {
   const auto p = image.pixel(x, y);

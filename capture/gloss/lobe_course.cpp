@@ -10,6 +10,7 @@ namespace patinate::capture {
 
 namespace {
 
+/// Range of roughness that the course may have.
 constexpr double kFirstRoughness = 0.1, kLastRoughness = 0.95;
 constexpr double kChange = 1.0;  ///< Of a logarithm over all of the time.
 // What a lobe is where nothing tells: satin of a mineral, once for the whole course.

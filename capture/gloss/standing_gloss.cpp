@@ -13,21 +13,22 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kTilesAlong = 32;  ///< The longer side.
-constexpr int kMinTilePx = 4;
-constexpr double kMinOfTile = 0.3;   ///< Share of a tile's pixels that must be of the material.
-constexpr double kMaxUnknown = 0.1;  ///< Of a tile's pixels that may be saturated.
-constexpr int kLobesOfTile = 9;      ///< So many of its pixels tell a tile's lobe.
-constexpr double kMember = 0.6;      ///< Share from which a pixel tells of a material.
-constexpr std::size_t kMaxMaterials = 4;
-constexpr double kMinShare = 0.02;
-constexpr double kTinted = 0.15;        ///< By which a channel of the lobe must differ from white.
-constexpr double kMaxOfMinerals = 0.2;  ///< Reflectance that no mineral has: diamond has 0.17.
-constexpr std::size_t kColorFrames = 6;
+constexpr int kTilesAlong = 32;           ///< The longer side.
+constexpr int kMinTilePx = 4;             ///< px; smaller tiles hold noise.
+constexpr double kMinOfTile = 0.3;        ///< Share of a tile's pixels that must be of the material.
+constexpr double kMaxUnknown = 0.1;       ///< Of a tile's pixels that may be saturated.
+constexpr int kLobesOfTile = 9;           ///< So many of its pixels tell a tile's lobe.
+constexpr double kMember = 0.6;           ///< Share from which a pixel tells of a material.
+constexpr std::size_t kMaxMaterials = 4;  ///< Classes of color (docs/algorithms/gloss.md).
+constexpr double kMinShare = 0.02;        ///< Classes of less than this share of the surface are dropped.
+constexpr double kTinted = 0.15;          ///< By which a channel of the lobe must differ from white.
+constexpr double kMaxOfMinerals = 0.2;    ///< Reflectance that no mineral has: diamond has 0.17.
+constexpr std::size_t kColorFrames = 6;   ///< Photographs that classes are found in, evenly picked.
 constexpr std::int64_t kRows = 4;
 
 /// Shares of channels and a little of lightness; the floor keeps the noise of black from having a color.
 Vec3 color_feature(const Vec3& albedo) {
+  // Linear albedo that keeps hues of dark places finite; weight of lightness beside them.
   constexpr double kFloor = 0.02, kLightness = 0.15;
   const Vec3 c = albedo.cwiseMax(0.0) + Vec3::Constant(kFloor);
   return {c[0] / c.sum(), c[1] / c.sum(), kLightness * std::sqrt(c.mean())};
@@ -41,6 +42,7 @@ Vec3 strength_of(const GlossMaterial& m, std::size_t frame) {
 /// material's albedo by a sixth: what is left too much or too little is shared out between the two, so that bright
 /// highlights do not drown the color below them.
 Vec3 left_by(const GlossMaterial& m, const Vec3& seen, const Vec3& highlight) {
+  // Unevenness of a material's albedo, as a share, and its least, linear (a sixth: docs/algorithms/gloss.md).
   constexpr double kUneven = 0.15, kMinUneven = 0.02;
   const Vec3 left = seen - highlight;
   if (!m.albedo) return left;
@@ -59,7 +61,7 @@ struct Unlit {
 /// it.
 Unlit unlit(const GlossPixel& pixel, const Vec3& value, std::size_t frame, const std::vector<GlossMaterial>& materials,
             const std::vector<double>& lobes) {
-  constexpr double kAlike = 0.006;
+  constexpr double kAlike = 0.006;  // Distance of hues that counts as none.
   Unlit out{.shares = std::vector<double>(materials.size(), 1.0)};
   const Vec3 seen = value.cwiseQuotient(pixel.matt);
   if (materials.empty()) {
@@ -108,7 +110,7 @@ class GlossFinder {
   }
 
   std::vector<GlossMaterial> find(const RunControl& control) {
-    constexpr int kRounds = 3;
+    constexpr int kRounds = 3;  // Rounds of classes and lobes (docs/algorithms/gloss.md).
     materials_ = {GlossMaterial{.share = 1.0, .course = {.at = std::vector<LobeAt>(times_.size())}}};
     for (int round = 0; round < kRounds; ++round) {
       const RunControl part = control.part(1.0 * round / kRounds, (round + 1.0) / kRounds);

@@ -48,7 +48,7 @@ struct GlossPhoto {
                                                 const std::function<GlossPhoto(int)>& read_photo,
                                                 const RunControl& control);
 inline constexpr double kNearMirrorDeg = 8.0;  ///< Satin of roughness 0.4 falls to a quarter of its top by 9 degrees.
-inline constexpr double kMinSpreadDeg = 6.0;
+inline constexpr double kMinSpreadDeg = 6.0;   ///< See docs/algorithms/gloss.md, step 1.
 
 /// A photograph with its highlight taken off.
 struct GlossFrame {

@@ -18,14 +18,14 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kPatch = 20;  ///< Half side.
-constexpr int kSearch = 6;
-constexpr int kMinStep = 12;
-constexpr int kMostSteps = 24;  ///< Over the longer side.
-constexpr double kMinCorrelation = 0.5;
-constexpr double kMinBend = 0.01;     ///< Of the correlation's peak, per square pixel.
-constexpr double kMinContrast = 4.0;  ///< Standard deviation in codes: an eighth of what is usual in the photograph.
-constexpr double kPatchInlier_px = 1.5;
+constexpr int kPatch = 20;               ///< Half side.
+constexpr int kSearch = 6;               ///< px that a patch is searched in each direction.
+constexpr int kMinStep = 12;             ///< Least px between patches.
+constexpr int kMostSteps = 24;           ///< Over the longer side.
+constexpr double kMinCorrelation = 0.5;  ///< Normalized correlation that a patch needs to be found.
+constexpr double kMinBend = 0.01;        ///< Of the correlation's peak, per square pixel.
+constexpr double kMinContrast = 4.0;     ///< Standard deviation in codes: an eighth of what is usual in the photograph.
+constexpr double kPatchInlier_px = 1.5;  ///< Distance within which patches agree, px of the matched size.
 
 cv::Mat as_mat(const ImageU8& image) {
   return {image.height(), image.width(), CV_8U, const_cast<std::uint8_t*>(image.data())};
@@ -56,7 +56,7 @@ struct Laid {
 Laid lay(const PhotoFeatures& from, const Eigen::Matrix3d& to_from, const cv::Size& size) {
   cv::Mat source = as_mat(from.evened);
   const double finer = fineness(to_from, from.evened.width(), from.evened.height());
-  constexpr double kFiner = 1.2;
+  constexpr double kFiner = 1.2;  // A photograph this much finer is blurred before it is resampled.
   if (finer > kFiner) cv::GaussianBlur(source, source, {}, 0.5 * std::sqrt(finer * finer - 1.0));
   const cv::Mat whole = from.shown.empty() ? cv::Mat(source.size(), CV_8U, cv::Scalar(255)) : as_mat(from.shown);
   Laid laid;
@@ -220,7 +220,7 @@ class SeriesMatcher {
   }
 
   [[nodiscard]] std::set<IndexPair> first_pairs() const {
-    constexpr int kAllPairs = 10;
+    constexpr int kAllPairs = 10;  // Series of up to so many photographs match all pairs.
     std::set<IndexPair> wanted;
     const auto add = [&](int a, int b) {
       if (a != b && a >= 0 && b < num_photos_) wanted.emplace(std::min(a, b), std::max(a, b));
@@ -279,6 +279,7 @@ class SeriesMatcher {
 
   /// @returns Whether a pair was found that may tie a photograph.
   bool tie_the_rest() {
+    // Nearest in time that a photograph without a pair is tried against (docs/algorithms/handheld.md).
     constexpr std::size_t kMaxTried = 24;
     const std::vector<bool> is_tied = tied();
     const std::size_t before = pairs_.size();

@@ -16,16 +16,16 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 
-constexpr std::size_t kNumPoints = 400;
-constexpr int kNumTurns = 72;
-constexpr int kCoarseRounds = 6, kFineRounds = 40;
-constexpr std::size_t kNumRefined = 8;   ///< Of the distinct turns, those that fit best first.
-constexpr double kKept = 0.8;            ///< Share of the points that count.
-constexpr double kNear = 0.015;          ///< Of the object's size.
-constexpr double kMinNear = 0.7;         ///< Share of the points.
-constexpr double kOtherTurn_deg = 15.0;  ///< Beyond which it is another one.
-constexpr double kClearly = 2.0;         ///< Times worse the next turn must be.
-constexpr double kMaxCut = 0.4;          ///< Share of an outline that may lie on the photograph's border.
+constexpr std::size_t kNumPoints = 400;             ///< Points along an outline (docs/algorithms/handheld.md).
+constexpr int kNumTurns = 72;                       ///< Starts, every 5 degrees (docs/algorithms/handheld.md).
+constexpr int kCoarseRounds = 6, kFineRounds = 40;  ///< Rounds of a start, and of the best one.
+constexpr std::size_t kNumRefined = 8;              ///< Of the distinct turns, those that fit best first.
+constexpr double kKept = 0.8;                       ///< Share of the points that count.
+constexpr double kNear = 0.015;                     ///< Of the object's size.
+constexpr double kMinNear = 0.7;                    ///< Share of the points.
+constexpr double kOtherTurn_deg = 15.0;             ///< Beyond which it is another one.
+constexpr double kClearly = 2.0;                    ///< Times worse the next turn must be.
+constexpr double kMaxCut = 0.4;                     ///< Share of an outline that may lie on the photograph's border.
 constexpr double kHoleNear =
     0.04;  ///< Of the object's size. These three: chosen on a rusting plate in four photographs.
 constexpr double kHoleSize = 1.5;   ///< Times as large, at most: a label next to where a hole should be is no hole.
@@ -37,7 +37,7 @@ constexpr double kRound =
 std::vector<Vector2d> spaced(const std::vector<cv::Point>& line) {
   const std::size_t n = line.size();
   std::vector<Vector2d> smooth(n);
-  constexpr int kHalf = 2;
+  constexpr int kHalf = 2;  // Points on each side that a point is smoothed over.
   for (std::size_t i = 0; i < n; ++i) {
     Vector2d sum = Vector2d::Zero();
     for (int k = -kHalf; k <= kHalf; ++k) {
@@ -241,7 +241,7 @@ PhotoOutline find_outline(const ImageU8& object, int width, int height) {
   std::size_t num_cut = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const Vector2d& p = points[i];
-    constexpr double kBorder_px = 2.0;
+    constexpr double kBorder_px = 2.0;  // Outline points nearer to the picture's border are cut off by it.
     if (p.x() < kBorder_px || p.y() < kBorder_px || p.x() > object.width() - 1 - kBorder_px ||
         p.y() > object.height() - 1 - kBorder_px) {
       ++num_cut;
@@ -261,7 +261,7 @@ PhotoOutline find_outline(const ImageU8& object, int width, int height) {
 
 PhotoPair align_outlines(int a, const PhotoOutline& of_a, int b, const PhotoOutline& of_b) {
   PhotoPair pair{.a = a, .b = b};
-  constexpr std::size_t kLeastPoints = 40;
+  constexpr std::size_t kLeastPoints = 40;  // A tenth of kNumPoints must lie inside the picture.
   if (of_a.points.size() < kLeastPoints || of_b.points.size() < kLeastPoints) return pair;
   const std::vector<Fit> fits = fits_of(of_a, of_b);
   if (fits.empty() || !std::isfinite(fits.front().mean_px)) return pair;

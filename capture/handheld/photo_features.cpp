@@ -12,7 +12,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kMaxFeatures = 3000;
+constexpr int kMaxFeatures = 3000;           ///< See docs/algorithms/handheld.md.
 constexpr float kRatio = 0.85f;              ///< Lowe's test: nearest over second nearest descriptor.
 constexpr double kCodeOfDescriptor = 512.0;  ///< Square roots of shares lie in [0, 1], few above 0.5.
 

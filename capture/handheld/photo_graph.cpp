@@ -182,7 +182,7 @@ class PhotoGraph {
   }
 
   void add_pair(const PhotoPair& pair, std::vector<Eigen::Triplet<double>>& entries, Eigen::VectorXd& right) const {
-    constexpr double kStep = 1e-6;
+    constexpr double kStep = 1e-6;  // Step of numeric derivatives.
     const Node &a = node_of(pair.a), &b = node_of(pair.b);
     const Eigen::Matrix3d now = b_from_a(pair, a.place, b.place);
     std::vector<int> numbers;

@@ -141,7 +141,7 @@ std::vector<PointMatch> consensus(const std::vector<PointMatch>& matches, bool i
     to.emplace_back(static_cast<float>(m.in_b.x()), static_cast<float>(m.in_b.y()));
   }
   constexpr std::size_t kRounds = 10000;
-  constexpr double kSure = 0.9999;
+  constexpr double kSure = 0.9999;  // RANSAC's confidence.
   std::vector<unsigned char> is_inlier;
   if (is_homography) {
     (void)cv::findHomography(from, to, cv::USAC_MAGSAC, inlier_px, is_inlier, static_cast<int>(kRounds), kSure);
@@ -154,7 +154,7 @@ std::vector<PointMatch> consensus(const std::vector<PointMatch>& matches, bool i
 /// Matches spread over the picture: of every cell of a grid the first ones, in turn.
 std::vector<PointMatch> thinned(const std::vector<PointMatch>& matches, const PhotoFeatures& b) {
   if (matches.size() <= kMaxKept) return matches;
-  constexpr int kCells = 9;
+  constexpr int kCells = 9;  // Cells along a side; matches are thinned evenly over them.
   std::vector<std::vector<PointMatch>> cells(kCells * kCells);
   for (const PointMatch& m : matches) {
     const int x = std::clamp(static_cast<int>(kCells * m.in_b.x() / b.width), 0, kCells - 1);

@@ -54,7 +54,7 @@ class Files {
 
 /// start + i * interval as a person would write it: 25 * 19.4 is 485, not 484.99999999999994.
 double time_at(double start, double interval, std::size_t i) {
-  constexpr int kDigits = 12;
+  constexpr int kDigits = 12;     // Digits that remove the rounding of a multiplied interval.
   constexpr double kNear = 1e-6;  // In intervals: far more than rounding, far less than a frame.
   const double time = start + rounded(static_cast<double>(i) * interval, kDigits);
   const double plain = rounded(time, kDigits);
@@ -267,7 +267,7 @@ Eigen::Matrix3d read_transform(const JsonReader& json) {
   const std::vector<double> n = json.numbers(9);
   Eigen::Matrix3d h;
   h << n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8];
-  constexpr double kLeast = 1e-9;
+  constexpr double kLeast = 1e-9;  // Least determinant of a given homography.
   if (!(std::abs(h.determinant()) > kLeast) || !(std::abs(h(2, 2)) > kLeast))
     json.fail("an invertible 3 x 3 matrix, row by row, from the photograph's pixels to the reference's");
   return h / h(2, 2);

@@ -134,7 +134,9 @@ struct Agreement {
   std::vector<std::size_t> outsiders = {};
 };
 
+/// A camera writes the file some time after the exposure.
 constexpr std::int64_t kWritingDelay_us = 2 * kSecond_us;
+/// UTC-12 to UTC+14 are 26 hours apart (docs/capture.md, Times).
 constexpr std::int64_t kMaxZones_us = 26 * kHour_us;
 
 /// @param lows,highs  Bounds of the shift by each photograph, in microseconds. @param most  Bound of the shift.
@@ -318,14 +320,14 @@ std::vector<HistoryWarning> check_stated_times(const std::vector<DatedPhoto>& ph
                                                TimeUnit unit) {
   std::vector<HistoryWarning> warnings;
   if (photos.size() < 2) return warnings;
-  constexpr double kMost_us = 1e18;
+  constexpr double kMost_us = 1e18;  // Fits into 64 bits.
   const auto us_of = [&](double time) {
     return static_cast<std::int64_t>(
         std::llround(std::clamp(time * seconds_per(unit) * kSecond_us, -kMost_us, kMost_us)));
   };
   double step = std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i < times.size(); ++i) step = std::min(step, std::abs(times[i] - times[i - 1]));
-  constexpr double kDrift = 0.02;
+  constexpr double kDrift = 0.02;  // Drift of a clock that is no disagreement, of the series' length.
   const std::int64_t tolerance = us_of(0.5 * step + kDrift * std::abs(times.back() - times.front()));
   for (const TimeSource& source : sources_of(photos)) {
     if (!source.problem.empty()) continue;

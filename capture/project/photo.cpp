@@ -51,7 +51,7 @@ ImageF to_history_size(const ImageF& image, const CaptureProject& project, const
 
 namespace {
 
-constexpr float kLargestHalf = 65504.0f;
+constexpr float kLargestHalf = 65504.0f;  ///< Largest finite half float.
 
 ImageF read_as(const CapturePhoto& photo, const Response& response) {
   return photo.stream ? color_of(photo.stream->read(photo.image), response) : read_color(photo.file, response);
@@ -88,7 +88,7 @@ ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo
 }
 
 SaturationPhoto saturation_photo(const CaptureProject& project, const CapturePhoto& photo, const ImageF& color) {
-  constexpr float kCode = 253.5f / 255.0f;
+  constexpr float kCode = 253.5f / 255.0f;  // Codes from 254 on count as saturated.
   if (photo.is_raw) return {color, kCode};
   if (!photo.has_codes) return {color, kLargestHalf};
   if (!is_decoded_as_said(project, photo)) return {color, project.response.linear_from_code(kCode)};

@@ -162,7 +162,7 @@ std::optional<int> read_offset(TextReader& reader) {
   const auto hours = r.number(2);
   (void)r.one_of(":");
   const auto minutes = r.number(2);
-  constexpr int kMaxHours = 14;
+  constexpr int kMaxHours = 14;  // UTC+14 is the largest offset.
   if (!sign || !hours || !minutes || *hours > kMaxHours || *minutes % 15 != 0 || is_digit(r.next()))
     return std::nullopt;
   reader = r;

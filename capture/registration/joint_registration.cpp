@@ -14,8 +14,8 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kNearInCoarse = 1.5;  ///< Coarse surfels this near, in their distance, and facing alike may overlap.
-constexpr int kMaxRounds = 12;
+constexpr double kNearInCoarse = 1.5;   ///< Coarse surfels this near, in their distance, and facing alike may overlap.
+constexpr int kMaxRounds = 12;          ///< Rounds of partners and poses; it ends earlier where poses rest.
 constexpr double kSettled = 1e-7;       ///< Normalized: nothing moves any more.
 constexpr double kContradiction = 3.0;  ///< Fine distances by which an edge that is excluded is off.
 

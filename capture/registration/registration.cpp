@@ -41,21 +41,23 @@ std::string_view name_of(RegistrationStatus status) {
 
 namespace {
 
-constexpr int kNumCandidates = 16;
-constexpr int kMidIterations = 40;
-constexpr int kMidSurfels = 2500;  ///< That look for partners in the middle stage, of either scan.
+constexpr int kNumCandidates = 16;  ///< Best different candidates (docs/algorithms/registration.md).
+constexpr int kMidIterations = 40;  ///< Iterations of the middle stage.
+constexpr int kMidSurfels = 2500;   ///< That look for partners in the middle stage, of either scan.
+/// Surfels that candidates are compared on (docs/algorithms/registration.md).
 constexpr int kCandidateSurfels = 800, kCandidateIterations = 15;
-constexpr int kNearlyStride = 4;         ///< The last stage begins with every fourth surfel.
-constexpr double kLastGate = 1.5;        ///< In fine distances,
-constexpr double kLastGateScales = 6.0;  ///< or residual scales, where the scans fit worse than that.
-constexpr double kConvergedStep = 1e-3;  ///< In fine distances: what Converged promises.
-constexpr double kFixedStep = 1e-8;      ///< Normalized: nothing moves any more.
-constexpr double kMaxResidual = 0.25;    ///< Residual scale in fine distances above which it is no fit,
-constexpr double kMaxScatter = 6.0;      ///< unless the points' own scatter makes so much of it.
-constexpr int kLookedInFrontOfPose = 3000;
+constexpr int kNearlyStride = 4;            ///< The last stage begins with every fourth surfel.
+constexpr double kLastGate = 1.5;           ///< In fine distances,
+constexpr double kLastGateScales = 6.0;     ///< or residual scales, where the scans fit worse than that.
+constexpr double kConvergedStep = 1e-3;     ///< In fine distances: what Converged promises.
+constexpr double kFixedStep = 1e-8;         ///< Normalized: nothing moves any more.
+constexpr double kMaxResidual = 0.25;       ///< Residual scale in fine distances above which it is no fit,
+constexpr double kMaxScatter = 6.0;         ///< unless the points' own scatter makes so much of it.
+constexpr int kLookedInFrontOfPose = 3000;  ///< Points whose lines of sight are checked, evenly picked.
+/// Of the residuals' scale and of a spacing (docs/algorithms/registration.md).
 constexpr double kSightScales = 5.0, kSightDistance = 0.5;
-constexpr double kSightDepth = 0.04;  ///< Normalized: growth and wear are less than that, a wrong pose is not.
-constexpr int kMinTrustedPairs = 30;
+constexpr double kSightDepth = 0.04;   ///< Normalized: growth and wear are less than that, a wrong pose is not.
+constexpr int kMinTrustedPairs = 30;   ///< Fewer pairs do not make a trusted pose.
 constexpr double kCrossedShare = 0.3;  ///< Of a direction's information that must come from more than noise of normals.
 
 /// How far in front counts: more than the fit's own scatter, than what a slope makes between the cells of lines of

@@ -10,15 +10,15 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kShift = 0.5;  ///< Of the middles from each other, normalized.
-constexpr double kFirstGate = 0.8;
-constexpr int kFirstStride = 3;  ///< All starts are followed for a few steps with every third surfel,
-constexpr int kFirstIterations = 10;
-constexpr std::size_t kNumImproved = 64;  ///< and so many of them to the end.
-constexpr int kIterations = 25;
-constexpr int kLookedInFrontOfStart = 300;
-constexpr double kSameAngleDeg = 8.0;  ///< Poses nearer than this and
-constexpr double kSameShift = 0.12;    ///< this are one.
+constexpr double kShift = 0.5;              ///< Of the middles from each other, normalized.
+constexpr double kFirstGate = 0.8;          ///< Distance of partners at first, of the scan's size.
+constexpr int kFirstStride = 3;             ///< All starts are followed for a few steps with every third surfel,
+constexpr int kFirstIterations = 10;        ///< Iterations of all starts, on coarse surfels.
+constexpr std::size_t kNumImproved = 64;    ///< and so many of them to the end.
+constexpr int kIterations = 25;             ///< Iterations of the best 64 (docs/algorithms/registration.md).
+constexpr int kLookedInFrontOfStart = 300;  ///< Points whose lines of sight are checked, evenly picked.
+constexpr double kSameAngleDeg = 8.0;       ///< Poses nearer than this and
+constexpr double kSameShift = 0.12;         ///< this are one.
 
 constexpr double kCoarseNoise =
     0.4;  ///< Coarse surfels are averages of many points: they fit more closely than they are apart.

@@ -91,6 +91,6 @@ struct SurfelAlignment {
                                             const RigidTransform& start, const AlignmentSchedule& schedule,
                                             const RunControl& control = {});
 
-inline constexpr double kFreeShare = 1e-3;
+inline constexpr double kFreeShare = 1e-3;  ///< See docs/algorithms/registration.md.
 
 }  // namespace patinate::capture

@@ -14,10 +14,10 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::size_t kFewestPoints = 16;
-constexpr int kMinOfAPlane = 6;
-constexpr double kMaxThickness = 0.3;    ///< Smallest over middle eigenvalue; 1 = a ball.
-constexpr double kMaxNarrowness = 0.08;  ///< Middle over largest; a line has 0.
+constexpr std::size_t kFewestPoints = 16;  ///< Fewer points make no surface.
+constexpr int kMinOfAPlane = 6;            ///< A plane has three unknowns; twice as many points.
+constexpr double kMaxThickness = 0.3;      ///< Smallest over middle eigenvalue; 1 = a ball.
+constexpr double kMaxNarrowness = 0.08;    ///< Middle over largest; a line has 0.
 constexpr double kBorderShift =
     0.22;  ///< Mean of the points off the middle, in radii; 0.32 for half a disc with these weights.
 constexpr std::int64_t kCentersAChunk = 512;
@@ -132,8 +132,8 @@ double point_spacing(std::span<const Vec3> points) {
     box.high = box.high.cwiseMax(p);
   }
   if (!(box.diagonal() > 0.0)) throw InvalidInput("registration: all points of a scan are the same");
-  constexpr std::size_t kSample = 400;
-  constexpr std::size_t kNth = 8;
+  constexpr std::size_t kSample = 400;  // Points that the spacing is measured at, evenly picked.
+  constexpr std::size_t kNth = 8;       // The spacing is derived from the distance to the eighth neighbor.
   const std::size_t step = std::max<std::size_t>(1, points.size() / kSample);
   double cell = 2.0 * box.diagonal() / std::sqrt(static_cast<double>(points.size()));
   const PointCells cells(points, cell);

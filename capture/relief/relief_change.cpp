@@ -20,12 +20,12 @@ namespace patinate::capture {
 namespace {
 
 constexpr double kSpacingsPerRadius = 4.4;  ///< 60 points of a square lattice lie within.
-constexpr int kPoseRounds = 4;
-constexpr double kBlocksForPose = 200.0;  ///< Many for the robust fit, each of as much surface as that allows.
-constexpr int kWindowsPerBlock = 4;       ///< Along a side of the blocks that show what is systematic.
-constexpr std::size_t kMinBlocks = 8;
-constexpr int kStableRounds = 2;  ///< By places that have not changed, after the robust ones.
-constexpr double kStays = 3.0;    ///< Standard deviations.
+constexpr int kPoseRounds = 4;              ///< See docs/algorithms/height_change.md.
+constexpr double kBlocksForPose = 200.0;    ///< Many for the robust fit, each of as much surface as that allows.
+constexpr int kWindowsPerBlock = 4;         ///< Along a side of the blocks that show what is systematic.
+constexpr std::size_t kMinBlocks = 8;       ///< Fewer blocks give no deviation.
+constexpr int kStableRounds = 2;            ///< By places that have not changed, after the robust ones.
+constexpr double kStays = 3.0;              ///< Standard deviations.
 constexpr double kPi = 3.14159265358979323846;
 
 struct ReferenceHeight {

@@ -21,10 +21,10 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::size_t kMinSamples = 10;
-constexpr double kMaxAside = 0.35;  ///< Of the radius: the points' middle from the axis; a half disk's is at 0.42.
-constexpr double kMaxOff = 3.5;     ///< Robust standard deviations off the plane.
-constexpr double kSteepest = 2.5;   ///< Slope against the direction: 68 degrees.
+constexpr std::size_t kMinSamples = 10;  ///< Points that a layer needs in a window.
+constexpr double kMaxAside = 0.35;       ///< Of the radius: the points' middle from the axis; a half disk's is at 0.42.
+constexpr double kMaxOff = 3.5;          ///< Robust standard deviations off the plane.
+constexpr double kSteepest = 2.5;        ///< Slope against the direction: 68 degrees.
 
 struct Sample {
   double along, s, t;

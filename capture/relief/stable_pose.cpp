@@ -15,13 +15,13 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::size_t kFewestPlaces = 12;
-constexpr int kDraws = 500;     ///< With 6 degrees of freedom and 0.6 unchanged, 23 of them are of unchanged places.
-constexpr int kFirstSteps = 2;  ///< Of concentration, for every draw.
-constexpr int kLastSteps = 20;
+constexpr std::size_t kFewestPlaces = 12;  ///< Twice the six unknowns of a motion.
+constexpr int kDraws = 500;        ///< With 6 degrees of freedom and 0.6 unchanged, 23 of them are of unchanged places.
+constexpr int kFirstSteps = 2;     ///< Of concentration, for every draw.
+constexpr int kLastSteps = 20;     ///< Concentration steps of the best starts [Rousseeuw and Van Driessen 2006].
 constexpr std::size_t kKept = 10;  ///< Draws that are followed to the end, as the source has it.
-constexpr int kRounds = 20;
-constexpr double kAgrees = 3.0;
+constexpr int kRounds = 20;        ///< Rounds of places that agree; it ends earlier where they stay the same.
+constexpr double kAgrees = 3.0;    ///< Standard deviations.
 /// Squared mean slope along a degree of freedom, against the best one, below which it is noise of normals: 3 %.
 constexpr double kMinConstraint = 1e-3;
 
@@ -116,7 +116,7 @@ Eigen::VectorXd least_trimmed_squares(const System& system, std::uint64_t seed) 
 }  // namespace
 
 double inner_scale(std::vector<double> sizes) {
-  constexpr double kInside = 2.5;
+  constexpr double kInside = 2.5;  // Standard deviations: 99 % of a normal distribution.
   double scale = kSigmaOfMad * median(sizes);
   for (std::size_t before = 0; before != sizes.size();) {
     before = sizes.size();

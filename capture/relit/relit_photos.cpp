@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr float kSaturatedCode = 253.5f / 255.0f;
-constexpr double kBlackPatch = 1e-4;
+constexpr float kSaturatedCode = 253.5f / 255.0f;  ///< Codes from 254 on count as saturated.
+constexpr double kBlackPatch = 1e-4;               ///< Linear value; a code of 8 bits is 3e-4 near black.
 
 /// The surface of ready-made maps: a grid of the photographs' pixels.
 PointCloud ready_cloud(const RelitProject& project, const RelitStep::Ready& ready) {

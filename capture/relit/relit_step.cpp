@@ -24,9 +24,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kWidth = 480, kSampleWidth = 240;
-constexpr double kFullShare = 0.10;
-constexpr float kPlain = 0.18f;  // Where there is no surface.
+constexpr int kWidth = 480, kSampleWidth = 240;  ///< px of the report's pictures.
+constexpr double kFullShare = 0.10;              ///< Relative deviation that the last color stands for.
+constexpr float kPlain = 0.18f;                  // Where there is no surface.
 
 ImageF at_most(const ImageF& image, int width) {
   if (image.width() <= width) return image;
@@ -92,7 +92,7 @@ constexpr double kMinOverlap = 0.1;   ///< Of the reference's pixels that a step
 constexpr double kLargestOffset =
     3.0;  ///< Of a scan's texel size: a scan farther off is not of this object, or not registered.
 constexpr double kLargeResidual = 0.1;  ///< Of the photographs' values; noise and small errors of normals stay below.
-constexpr float kMaxHalf = 65504.0f;
+constexpr float kMaxHalf = 65504.0f;    ///< Largest finite half float.
 
 struct StepFrame {
   UnlightResult result;  ///< In the reference view; normals in the reference's frame.

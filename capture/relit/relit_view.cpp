@@ -17,7 +17,7 @@ constexpr std::int64_t kRowChunk = 4;
 constexpr double kWhole =
     1e-3;  ///< A place so near to a pixel's center is that pixel: rounding of float maps, not motion.
 constexpr double kSameSurface = 6.0;  ///< Neighboring pixels of one surface are not farther apart, in texel sizes.
-constexpr double kGrazing = 1e-3;
+constexpr double kGrazing = 1e-3;     ///< Least cosine, so that a grazing ray does not leave the picture.
 
 /// Where the pixels half a step to each side meet the plane of the triangle.
 double texel_size(const Camera& camera, const Vec2& pixel, const Vec3& position, const Vec3& normal) {

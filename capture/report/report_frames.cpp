@@ -20,7 +20,7 @@ constexpr int kOutside = 0, kOutOfView = 1, kMasked = 2;  // Channels of ReportF
 
 /// Where the middle nine tenths of counts lie. @param counts  Not all 0.
 std::pair<int, int> middle_of(const std::vector<std::int64_t>& counts) {
-  constexpr double kLeftOutEnd = 0.05;
+  constexpr double kLeftOutEnd = 0.05;  // Share at both ends that the trimmed mean leaves out.
   std::int64_t total = 0, sum = 0;
   for (const std::int64_t n : counts) total += n;
   const double low = kLeftOutEnd * static_cast<double>(total), high = (1.0 - kLeftOutEnd) * static_cast<double>(total);

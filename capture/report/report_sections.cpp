@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kThumbnailQuality = 82, kMapQuality = 90;
+constexpr int kThumbnailQuality = 82, kMapQuality = 90;  ///< JPEG quality.
 using Rgb = std::array<float, 3>;
 constexpr Rgb kOutOfViewColor{0.05f, 0.1f, 0.8f}, kMaskedColor{0.8f, 0.0f, 0.6f};  // As sample_state_color() has them.
 constexpr float kMarked = 0.65f;       // How opaque a mark is: what lies below it can be seen.
@@ -84,7 +84,8 @@ std::string place_text(const ReportSeries& series, const HistoryWarning& warning
 
 /// What all thumbnails are multiplied by, so that light beyond white shows, and light far below it.
 float shown_factor(const std::vector<ReportFrame>& frames) {
-  constexpr double kHigh = 0.995;
+  constexpr double kHigh = 0.995;  // Rank of the value that pictures are scaled by.
+  // Linear values: pictures beyond 1 or darker than a tenth are scaled for display alone.
   constexpr float kMinBeyond = 1.01f, kWhite = 0.9f, kDark = 0.1f, kShownDark = 0.5f;
   std::vector<float> values;
   for (const ReportFrame& frame : frames) {

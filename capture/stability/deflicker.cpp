@@ -10,7 +10,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kLineRounds = 4;
+constexpr int kLineRounds = 4;        ///< Rounds with robust weights.
 constexpr std::size_t kNoCourse = 3;  ///< Photographs of which none can be told.
 constexpr double kMinOfFew = 0.0488;  ///< Of log brightness, 5 %: less may be their material's.
 constexpr double kLowessLimit = 6.0;  ///< In median absolute residuals, as lowess has it.
@@ -31,7 +31,7 @@ double local_line(const std::vector<double>& curve, const std::vector<double>& r
   }
   if (!(s > 0.0)) return curve[at];
   const double determinant = s * sxx - sx * sx;
-  constexpr double kSingular = 1e-9;
+  constexpr double kSingular = 1e-9;  // Relative determinant: times that do not differ give no slope.
   return determinant > kSingular * s * s ? (sxx * sy - sx * sxy) / determinant : sy / s;
 }
 

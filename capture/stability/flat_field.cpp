@@ -16,7 +16,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kMaxFittedFrames = 32;
+constexpr int kMaxFittedFrames = 32;   ///< See docs/algorithms/flat_field.md.
 constexpr double kLargestGain = 50.0;  ///< More would be noise.
 constexpr int kFitSide = 128;          ///< Pixels of the longer side at which the fall-off is fitted.
 

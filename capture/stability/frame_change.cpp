@@ -17,9 +17,9 @@ using Ratio = std::array<double, 3>;
 
 constexpr std::array<double, 4> kWidths{0.04, 0.08, 0.16, 0.32};  ///< Noise of codes and of resampling is the first.
 constexpr double kEnoughPlaces = 0.25;                            ///< Share of the places that a window must hold.
-constexpr std::size_t kMaxCandidates = 400;
-constexpr int kCenteringRounds = 8;     ///< Of centering on the places that share the gain.
-constexpr double kUnchangedVote = 0.5;  ///< Of the commonest gain's share.
+constexpr std::size_t kMaxCandidates = 400;                       ///< Ratios that are tried as the gain, evenly picked.
+constexpr int kCenteringRounds = 8;                               ///< Of centering on the places that share the gain.
+constexpr double kUnchangedVote = 0.5;                            ///< Of the commonest gain's share.
 
 bool is_shared(const Ratio& ratio, const Ratio& gain, double width) {
   for (std::size_t c = 0; c < 3; ++c) {
@@ -84,7 +84,7 @@ Ratio commonest_gain(const std::vector<Ratio>& ratios, double width, double& sha
 }
 
 constexpr float kBlackPixel = 0.004f;  ///< Linear; one code of 8 bits is a tenth of it and more.
-constexpr float kWhitePixel = 0.96f;
+constexpr float kWhitePixel = 0.96f;   ///< Linear value; brighter places may be clipped.
 
 constexpr float kDarkPlace = 0.01f;  ///< Linear; below, a code more or less is a large ratio.
 constexpr int kPlace = 4;            ///< Side of a place in pixels of the coarse light: noise and grain average out.

@@ -18,10 +18,10 @@ namespace {
 constexpr int kStartSide = 160;       ///< Pixels of the longer side where turns and sizes are tried.
 constexpr int kFinestSide = 640;      ///< Finer detail adds time, not precision.
 constexpr double kTrustedPeak = 0.8;  ///< A correlation as high as this needs no search.
-constexpr int kMaxIterations = 30;
-constexpr double kConverged = 1e-3;  ///< Largest motion of a corner in the last step, px.
-constexpr double kReliable = 0.5;    ///< Similarity of a motion that can be trusted.
-constexpr double kMinShared = 0.1;   ///< Of the picture.
+constexpr int kMaxIterations = 30;    ///< It ends earlier where the motion rests.
+constexpr double kConverged = 1e-3;   ///< Largest motion of a corner in the last step, px.
+constexpr double kReliable = 0.5;     ///< Similarity of a motion that can be trusted.
+constexpr double kMinShared = 0.1;    ///< Of the picture.
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;

@@ -13,7 +13,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kPool_px = 1.0;
+constexpr double kPool_px = 1.0;  ///< Gaussian that smooths the estimate over neighbors.
 constexpr double kSlow_px = 4.0;  ///< What is slower over the picture is aging that bends in time.
 constexpr double kJump = 6.0;     ///< Medians of the size: four standard deviations.
 /// Standard deviation that white noise keeps without its slow part: 1 - 1 / (pi s^2) + 1 / (4 pi s^2) is its square.

@@ -13,9 +13,9 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr float kDarkLook = 0.02f;  ///< Linear; below, ratios are those of noise and stray light.
-constexpr double kFileUnit = 1e-4;  ///< Of looks in files.
-constexpr std::size_t kMinLooks = 6, kMaxCompared = 256;
+constexpr float kDarkLook = 0.02f;                        ///< Linear; below, ratios are those of noise and stray light.
+constexpr double kFileUnit = 1e-4;                        ///< Of looks in files.
+constexpr std::size_t kMinLooks = 6, kMaxCompared = 256;  ///< See docs/algorithms/stability.md.
 
 /// Differences between all pairs.
 class Differences {
@@ -76,7 +76,7 @@ std::vector<int> nearest_followers(const Differences& d) {
 
 /// Turns pieces around as long as that makes the way shorter.
 void shorten(const Differences& d, std::vector<int>& order, const RunControl& control) {
-  constexpr int kMaxSweeps = 50;
+  constexpr int kMaxSweeps = 50;  // Sweeps of 2-opt; it ends earlier where nothing gets shorter.
   const std::size_t n = order.size();
   bool is_shorter = true;
   for (int sweep = 0; is_shorter && sweep < kMaxSweeps; ++sweep) {

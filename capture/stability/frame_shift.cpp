@@ -23,7 +23,7 @@ constexpr double kLargestShift = 0.25;   ///< Of each side.
 constexpr int kNumParts = 6;             ///< Along each side.
 constexpr double kPartTexture = 0.25;    ///< A part with less than this share of the mean texture has no vote.
 constexpr double kFollows = 0.97;        ///< Error at s against error at -s, below which a part follows s.
-constexpr double kMinAgreement = 0.7;
+constexpr double kMinAgreement = 0.7;    ///< Share of blocks that agree with one motion.
 
 /// A rectangle that two frames share, by its corner in each.
 struct Overlap {
@@ -96,7 +96,7 @@ cv::Mat whitened_product(const cv::Mat& reference, const cv::Mat& frame, double&
 
 /// Offset of a maximum from the middle of three values, [-0.5, 0.5].
 double peak_offset(double before, double middle, double after) {
-  constexpr double kLeast = 1e-6;
+  constexpr double kLeast = 1e-6;  // Of the median light; keeps logarithms finite.
   const double l = std::log(std::max(before, kLeast * middle)), m = std::log(middle),
                r = std::log(std::max(after, kLeast * middle));
   const double curvature = l - 2.0 * m + r;
@@ -223,7 +223,7 @@ FrameShift measure_shift(const PreparedFrame& reference, const PreparedFrame& fr
   const ImageF& b = frame.detail;
   if (!a.same_size(b)) throw InvalidInput("shift: the frames differ in size");
   FrameShift shift;
-  constexpr int kSmallest = 16;
+  constexpr int kSmallest = 16;  // px; smaller pictures hold no block.
   const auto has_detail = [](const ImageF& image) {
     constexpr double kLeast = 1e-4;  // Far below one code of 8 bits.
     double sum = 0.0;

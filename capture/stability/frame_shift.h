@@ -15,7 +15,7 @@ struct PreparedFrame {
   double scale_x = 1.0;  ///< Pixels of the photograph for one of `detail`.
   double scale_y = 1.0;
 };
-inline constexpr int kPreparedSide = 1024;
+inline constexpr int kPreparedSide = 1024;  ///< px (docs/algorithms/stability.md).
 
 /// @param color  H x W x 3, linear, finite.
 [[nodiscard]] PreparedFrame prepare_frame(const ImageF& color, const RunControl& control = {});

@@ -14,13 +14,13 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kWhiteShare = 0.6;  ///< Of a window that is white material.
-constexpr int kMaxLookedFrames = 16;
-constexpr int kHighlightSide = 512;  ///< Pixels of the longer side at which the standing highlight is looked for.
-constexpr int kMinEarly = 2;
-constexpr int kEarlyPart = 32;      ///< One in so many frames, the first ones: what grows is not there yet.
-constexpr double kMinCore = 0.016;  ///< Of the shorter side, across: wet grains glint in smaller spots.
-constexpr int kMedianRadius = 16;   ///< Pixels of the thinned picture in which a median over a wide window is taken.
+constexpr double kWhiteShare = 0.6;   ///< Of a window that is white material.
+constexpr int kMaxLookedFrames = 16;  ///< Photographs that are looked at, evenly picked.
+constexpr int kHighlightSide = 512;   ///< Pixels of the longer side at which the standing highlight is looked for.
+constexpr int kMinEarly = 2;          ///< Least number of early photographs.
+constexpr int kEarlyPart = 32;        ///< One in so many frames, the first ones: what grows is not there yet.
+constexpr double kMinCore = 0.016;    ///< Of the shorter side, across: wet grains glint in smaller spots.
+constexpr int kMedianRadius = 16;     ///< Pixels of the thinned picture in which a median over a wide window is taken.
 constexpr float kNearlySaturated =
     0.75f;                         ///< Of the saturated value, in the darkest channel: lossy files soften the plateau.
 constexpr float kClipped = 0.93f;  ///< Likewise, of what is surely clipped.

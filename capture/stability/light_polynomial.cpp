@@ -10,7 +10,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kPolynomialRounds = 12;
+constexpr int kPolynomialRounds = 12;  ///< Rounds with robust weights.
 
 }  // namespace
 

@@ -9,6 +9,7 @@ namespace patinate::capture {
 
 namespace {
 
+/// The step of cameras (docs/algorithms/stability.md).
 constexpr double kThirdOfStop = std::numbers::ln2 / 3.0;
 constexpr double kOfDifferences = 2.449489742783178;  ///< sqrt(6): deviation of l(i + 1) - 2 l(i) + l(i - 1) over l's.
 

@@ -19,6 +19,7 @@ constexpr int kNeighbors = 8;              ///< On either side.
 constexpr double kUnclear = 2.0;           ///< Of the threshold: from there on a few photographs may differ in light.
 constexpr std::size_t kNearest = 3;        ///< On either side, for what a jump must stand out from.
 constexpr double kNearestFactor = 0.75;    ///< Of jump_factor.
+/// Least change of correlation and of color (docs/algorithms/stability.md).
 constexpr double kJumpDetail = 0.1, kJumpSurface = 0.04;
 constexpr double kPlain = 0.5;  ///< Of the series's median contrast.
 constexpr double kSameColor =
@@ -119,7 +120,7 @@ void judge_jump(const std::vector<FramePair>& pairs, std::size_t at, double leas
   const bool is_detail_new =
       !pairs[at].is_plain && stands_out(now_lacking, usual_lacking, nearest_change(pairs, at, lacking), kJumpDetail);
   const bool is_surface_new = stands_out(now_surface, usual_surface, nearest_change(pairs, at, surface), kJumpSurface);
-  constexpr double kLeast = 1e-3;
+  constexpr double kLeast = 1e-3;  // Keeps ratios finite.
   finding.change_factor =
       std::max(now_lacking / std::max(usual_lacking, 10 * kLeast), now_surface / std::max(usual_surface, kLeast));
   finding.is_jump = pairs.size() > 2 && (is_detail_new || is_surface_new);
@@ -129,7 +130,7 @@ void judge_jump(const std::vector<FramePair>& pairs, std::size_t at, double leas
 /// enough of them.
 void judge_moved_jump(const std::vector<FramePair>& pairs, const std::vector<bool>& is_moved, std::size_t at,
                       const SurveyOptions& options, FrameFinding& finding) {
-  constexpr std::size_t kEnough = 3;
+  constexpr std::size_t kEnough = 3;  // Moved neighbors that a moved frame is compared with.
   constexpr double kMinFactor = 2.0;  // Resampling twice leaves up to 0.15 of the detail on real photographs.
   std::vector<FramePair> moved;
   std::size_t at_moved = 0;

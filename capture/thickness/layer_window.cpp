@@ -12,7 +12,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kNarrowest_px = 6.0;
+constexpr double kNarrowest_px = 6.0;     ///< See docs/algorithms/mode_filter.md.
 constexpr double kSigmasOfLayer = 6.0;    ///< A window as wide as the layer: three sigmas to either side.
 constexpr double kStep = 1.5;             ///< From one window that is tried to the next.
 constexpr double kCrackDeviations = 4.0;  ///< From where on brighter light is a crack's.

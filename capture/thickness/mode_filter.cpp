@@ -94,8 +94,8 @@ PeakShares peak_shares(std::span<const float> histogram, int at, int reach) {
 
 constexpr int kMarginBins = 2;          ///< Empty bins at either end, so that every peak has neighbors.
 constexpr double kStepsPerSigma = 2.5;  ///< Layers are sampled this often per spatial sigma.
-constexpr double kCutSigmas = 3.0;
-constexpr std::size_t kBandBytes = std::size_t{48} << 20;
+constexpr double kCutSigmas = 3.0;      ///< The Gaussian is 1 % of its middle there.
+constexpr std::size_t kBandBytes = std::size_t{48} << 20;  ///< Memory of a band; results do not depend on it.
 
 /// Symmetric Gaussian weights -radius..radius of sum 1.
 std::vector<float> gaussian_kernel(double sigma) {

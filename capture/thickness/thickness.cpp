@@ -221,7 +221,7 @@ ImageF layer_deviation(const ImageF& transmittance, const ImageU8& known, const 
 }
 
 constexpr std::array<std::string_view, 3> kCurveNames{"reciprocal", "beer_lambert", "linear"};
-constexpr float kDarkest = 1.0f / 1024.0f;
+constexpr float kDarkest = 1.0f / 1024.0f;  ///< Transmitted light, below which 1 / T is noise.
 /// Blur of a trend, in windows. Narrower it follows grain and what lies beside cracks, wider it misses the paint's
 /// curves.
 constexpr double kTrendSigmas = 0.75;

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kMaxResidual_px = 1.0;  ///< Half of it is blur that a person sees.
 constexpr double kMinFineness = 0.5;     ///< A detail of one of the reference's pixels is lost.
-constexpr double kMinShown = 0.5;
+constexpr double kMinShown = 0.5;        ///< Share of the reference (docs/capture.md, Photographs from the hand).
 constexpr const char* kClicked = "`landmarks` (`patinate studio` lets you click them)";
 
 /// Photographs for which `value` is on the wrong side, the worst first.

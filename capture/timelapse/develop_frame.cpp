@@ -84,7 +84,7 @@ const RepairTables& repair_tables(const IngestWork& work, const fs::path& folder
 }
 
 void mark_invalid(const ImageF& shares, Validity code, ImageU8& validity) {
-  constexpr float kShare = 0.1f;
+  constexpr float kShare = 0.1f;  // A reduced pixel takes a code that a tenth of its pixels has.
   const ImageF low = downscale_area(shares, validity.width(), validity.height(), one_thread());
   for (std::int64_t p = 0; p < validity.num_pixels(); ++p) {
     if (low.data()[p] > kShare) validity.data()[p] = std::min(validity.data()[p], static_cast<std::uint8_t>(code));
@@ -93,7 +93,7 @@ void mark_invalid(const ImageF& shares, Validity code, ImageU8& validity) {
 
 ImageU8 mask_in_place(const ImageU8& mask, const Eigen::Affine2d& motion) {
   if (!is_moved(motion)) return mask;
-  constexpr float kInside = 0.25f;
+  constexpr float kInside = 0.25f;  // A reduced pixel is inside from a quarter of its pixels on.
   ImageU8 unused, result(mask.width(), mask.height());
   const ImageF there = resample_frame(as_shares(mask), motion, mask.width(), mask.height(), unused, one_thread());
   std::transform(there.values().begin(), there.values().end(), result.values().begin(),

@@ -140,7 +140,7 @@ void add_unlinked(std::vector<HistoryWarning>& warnings, const SurveyReport& sur
                   (!survey.is_stabilized ? ""
                    : count == 1          ? "; it stays as it is"
                                          : "; they stay as they are");
-  constexpr double kMost = 0.5;
+  constexpr double kMost = 0.5;  // Share of the pixels.
   warning.cure = warning.share > kMost ? "use photographs of one view, with equal crop and rotation"
                                        : look_and_leave_out(survey, photos, "another view, crop or object");
   warnings.push_back(std::move(warning));

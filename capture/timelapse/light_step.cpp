@@ -47,7 +47,7 @@ ImageU8 small_mask(const ImageU8& mask, const PixelSize& size) {
   ImageF shares(mask.width(), mask.height());
   std::transform(mask.values().begin(), mask.values().end(), shares.values().begin(),
                  [](std::uint8_t v) { return v != 0 ? 1.0f : 0.0f; });
-  constexpr float kAll = 0.999f;
+  constexpr float kAll = 0.999f;  // All of a reduced pixel, but for rounding.
   const ImageF low = downscale_area(shares, size.width, size.height);
   ImageU8 result(size.width, size.height);
   std::transform(low.values().begin(), low.values().end(), result.values().begin(),

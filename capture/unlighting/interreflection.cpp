@@ -297,6 +297,7 @@ Interreflection gather_interreflection(const UnlightWork& work, const UnlightRes
 }
 
 InterreflectionReport interreflection_shares(const UnlightWork& work, const UnlightResult& result) {
+  // Texels that the gathered share is reported from, evenly picked.
   constexpr std::int64_t kMaxTexels = 20'000;
   std::vector<double> shares;
   for (const std::int64_t at : work.spread_texels(kMaxTexels)) {
@@ -314,7 +315,7 @@ InterreflectionReport interreflection_shares(const UnlightWork& work, const Unli
     if (value > 0.0) shares.push_back(indirect / value);
   }
   if (shares.empty()) return {};
-  constexpr double kRank = 0.95;
+  constexpr double kRank = 0.95;  // Percentile that is reported.
   const auto rank = static_cast<std::size_t>(kRank * static_cast<double>(shares.size() - 1));
   InterreflectionReport report{.p95 = value_at_rank(shares, rank)};
   report.median = median(std::move(shares));

@@ -13,8 +13,8 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::int64_t kMaxLampTexels = 8'000, kLampTexelsAChunk = 256;
-constexpr double kMinScale = 1e-4;
+constexpr std::int64_t kMaxLampTexels = 8'000, kLampTexelsAChunk = 256;  ///< See docs/algorithms/unlighting.md.
+constexpr double kMinScale = 1e-4;                                       ///< Least noise; exact data would divide by 0.
 
 /// Which column of the equations a strength or an ambient has; -1 = it is known.
 class Columns {
@@ -169,13 +169,13 @@ void hold_unseen(Eigen::MatrixXd& matrix) {
 bool is_singular(const Eigen::MatrixXd& matrix) {
   const Eigen::VectorXd scale = matrix.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
-  constexpr double kLeast = 1e-7;
+  constexpr double kLeast = 1e-7;  // Relative eigenvalue, below which strengths are not determined.
   return !(symmetric_eigenvalues(scaled).minCoeff() > kLeast);
 }
 
 /// @returns how far it went, in shares of a strength or of the mean light.
 double apply(UnlightWork& work, const Columns& columns, const Eigen::VectorXd& step, double mean_light) {
-  constexpr double kMaxStep = 0.7;
+  constexpr double kMaxStep = 0.7;  // Of a logarithm: a strength at most doubles in a step.
   double change = 0.0;
   for (int c = 0; c < work.num_channels; ++c) {
     for (int k = 0; k < work.num_lights && columns.strength(k, c) >= 0; ++k) {
@@ -209,9 +209,10 @@ double mean_irradiance(const UnlightWork& work, const std::vector<std::int64_t>&
 }  // namespace
 
 LampEstimate estimate_lamps(UnlightWork& work, const RunControl& control) {
-  constexpr int kMaxSteps = 60;
+  constexpr int kMaxSteps = 60;  // It ends earlier where strengths rest.
+  // The noise at most halves in a step, so that outliers are not kept too early.
   constexpr double kMaxShrink = 2.0;
-  constexpr double kSmallStep = 1e-6;
+  constexpr double kSmallStep = 1e-6;  // Of a logarithm.
   const Columns columns(work);
   LampEstimate result;
   if (columns.size() == 0) return {.is_converged = true};

@@ -11,6 +11,7 @@ namespace patinate::capture {
 
 namespace {
 
+/// Texels that are predicted, evenly picked.
 constexpr std::int64_t kMaxLeftOutTexels = 20'000, kLeftOutTexelsAChunk = 64;
 
 /// What a lamp's samples were predicted to be.

@@ -15,12 +15,12 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::size_t kMaxMaterials = 6;
-constexpr int kMaterialRounds = 12;
-constexpr double kMinShare = 0.01;  ///< Of the texels; smaller classes go to the others.
-constexpr double kDistrust = 4.0;   ///< Chi-square counts a fourth: errors of the model are alike among samples.
-constexpr double kMaxOff = 60.0;    ///< Of one texel's chi-square: more says no more.
-constexpr double kNeighbor = 1.0;   ///< Weight of a neighbor of the same color.
+constexpr std::size_t kMaxMaterials = 6;  ///< See docs/algorithms/materials.md.
+constexpr int kMaterialRounds = 12;       ///< See docs/algorithms/materials.md, step 1.
+constexpr double kMinShare = 0.01;        ///< Of the texels; smaller classes go to the others.
+constexpr double kDistrust = 4.0;         ///< Chi-square counts a fourth: errors of the model are alike among samples.
+constexpr double kMaxOff = 60.0;          ///< Of one texel's chi-square: more says no more.
+constexpr double kNeighbor = 1.0;         ///< Weight of a neighbor of the same color.
 constexpr std::int64_t kMaterialTexelsAChunk = 256;
 
 /// Chi-square of a texel under a material, with a penalty for albedos of its own; not more than kMaxOff above the
@@ -210,7 +210,7 @@ std::size_t nearest_lobe_roughness(double roughness) {
 }
 
 double likeness(const Vec3& one, const Vec3& other) {
-  constexpr double kAlike = 0.025;
+  constexpr double kAlike = 0.025;  // Distance of colors, standard deviation.
   return std::exp(-0.5 * (one - other).squaredNorm() / (kAlike * kAlike));
 }
 

@@ -11,7 +11,9 @@ namespace patinate::capture {
 
 namespace {
 
+/// See docs/algorithms/materials.md, step 5.
 constexpr std::int64_t kMaxFreedomTexels = 2000, kFreedomTexelsAChunk = 32;
+/// Deviation of a texel's highlight (docs/algorithms/materials.md, step 5).
 constexpr std::array<double, 2> kWider{0.2, 0.4};
 
 /// Of each texel, its left-out lamps; negative where nothing is foretold.

@@ -11,7 +11,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kGridTexels = 4000.0;
+constexpr double kGridTexels = 4000.0;  ///< See docs/algorithms/materials.md, step 1.
 constexpr std::int64_t kMapRowsAChunk = 4;
 constexpr double kMineral = 0.04;  ///< F0 of what is no metal, where nothing else is known.
 

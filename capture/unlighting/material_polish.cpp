@@ -62,6 +62,7 @@ class Polish {
   /// What a photograph is off, in deviations; far off counts in proportion. The model's part is the same for what is
   /// foretold too bright and too dark by one factor: a share of what is seen alone would draw lobes down.
   [[nodiscard]] double off_of(const TexelSamples& texel, const TexelFit& fit, int lamp) const {
+    // Error of the form, as a share of the value; the largest noise, of the stated one.
     constexpr double kShare = 0.05, kMaxNoise = 3.0;
     const double noise = std::min(kMaxNoise, work_.noise_scale);
     const double cosine = std::max(0.0, fit.normal.dot(texel.direction[lamp]));
@@ -123,7 +124,7 @@ struct Judged {
 /// Downhill from a material of one kind, with steps that become smaller. A stronger and narrower lobe leaves its tails
 /// alone, so that the search goes along such pairs too.
 Judged best_near(const Polish& polish, const SurfaceMaterial& start) {
-  constexpr int kMaxTurns = 3;
+  constexpr int kMaxTurns = 3;  // It ends earlier where no number moves.
   Judged best{start, polish.costs(start)};
   for (const double step : {1.35, 1.15, 1.06}) {
     const double narrow = std::cbrt(step);
@@ -225,7 +226,7 @@ SurfaceMaterial shared_or_own(const Polish& polish, const std::vector<SurfaceMat
 
 void polish_materials(const UnlightWork& work, const std::vector<TexelEvidence>& texels,
                       std::vector<SurfaceMaterial>& materials, bool is_last, const RunControl& control) {
-  constexpr std::size_t kLeastPlaces = 20;
+  constexpr std::size_t kLeastPlaces = 20;  // See docs/algorithms/materials.md, step 4.
   if (texels.empty() || materials.empty()) return;
   std::vector<std::size_t> at;
   for (const SurfaceMaterial& m : materials) at.push_back(nearest_lobe_roughness(m.roughness));

@@ -21,8 +21,9 @@ struct Triple {
 
 /// Triples far enough from a plane.
 std::vector<Triple> triples_of(const std::vector<Light>& lights) {
+  // Up to 12 lamps all triples (220) are used, else as many random ones.
   constexpr int kMaxLamps = 12, kMaxTriples = 220;
-  constexpr double kMinVolume = 1e-3;
+  constexpr double kMinVolume = 1e-3;  // Determinant of three directions, below which they lie in a plane.
   const int n = static_cast<int>(lights.size());
   std::vector<Triple> triples;
   const auto add = [&](int a, int b, int c) {

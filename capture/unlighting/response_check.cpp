@@ -8,7 +8,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::int64_t kMaxCheckedTexels = 2'000;
+constexpr std::int64_t kMaxCheckedTexels = 2'000;  ///< Texels that are predicted, evenly picked.
 
 /// The chosen texels as an image of one row. Samples in cast shadows are not valid, so that nothing need cast them
 /// again.
@@ -64,6 +64,7 @@ double predicted_error(const UnlightInput& row, const RunControl& control) {
 
 ResponseCheck check_response(const UnlightInput& input, const ImageF& ambient, const Response& declared,
                              const RunControl& control) {
+  // Ratio of errors, least relative error, and the other response's gamma.
   constexpr double kMuchBetter = 0.6, kSurelyOff = 0.02, kPower = 2.2;
   const UnlightOptions options;
   const UnlightWork work(input, options, control.part(0.0, 0.4));

@@ -102,7 +102,7 @@ double robust_cost(const TexelSamples& samples, const std::vector<double>& plain
 
 double left_out_mean(TexelSamples& samples, const TexelFitOptions& options, int first,
                      const std::function<double(const TexelFit&, int lamp)>& cost) {
-  constexpr int kEnough = 5;
+  constexpr int kEnough = 5;  // Lamps that are left out.
   const int every = std::max(1, (samples.num_lights + kEnough - 1) / kEnough);
   const std::vector<SampleState> before = samples.state;
   double sum = 0.0;

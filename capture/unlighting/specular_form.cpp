@@ -48,7 +48,7 @@ SpecularTurn specular_turn(const SpecularForm& form, const Vec3& normal, const s
 SpecularTurn specular_turn_by_differences(const SpecularForm& form, const Vec3& normal,
                                           const std::array<Vec3, 2>& across, const Vec3& to_light,
                                           const Vec3& to_camera, double roughness) {
-  constexpr double kTurn = 1e-4;
+  constexpr double kTurn = 1e-4;  // Step of numeric derivatives, rad.
   SpecularTurn out{.value = specular_lobe(form, normal, to_light, to_camera, roughness)};
   for (std::size_t i = 0; i < across.size(); ++i) {
     const Vec3 turned = (normal + kTurn * across[i]).normalized();

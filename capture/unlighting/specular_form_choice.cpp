@@ -18,8 +18,10 @@ constexpr double kNone = std::numeric_limits<double>::infinity();
 constexpr std::array<double, 6> kTails{kNone, 8.0, 4.0, 2.8, 2.0, 1.5};
 constexpr std::array<double, 3> kSlants{1.0, 0.5, 0.0};
 constexpr std::array<SpecularTint, 2> kTints{SpecularTint::White, SpecularTint::Base};
+/// Texels that are fitted (docs/algorithms/unlighting.md) and that are predicted.
 constexpr std::int64_t kMaxFormTexels = 1'500, kMaxForetold = 900, kFormTexelsAChunk = 64;
 constexpr std::array<double, 2> kFreedoms{0.3, 0.03};  ///< Beside what work begins with.
+/// Deviation of the highlight from the form (docs/algorithms/unlighting.md).
 constexpr std::array<double, 3> kOffs{0.02, 0.1, 0.2};
 constexpr std::size_t kAttempts =
     kTints.size() + (kTails.size() + 1) * kSlants.size() + kFreedoms.size() + kOffs.size();

@@ -13,7 +13,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kMaxChannels = 3;
+constexpr int kMaxChannels = 3;  ///< RGB.
 
 /// Two unit vectors that span the plane across `n`.
 std::array<Vec3, 2> tangent_pair(const Vec3& n) {
@@ -54,7 +54,7 @@ class TexelSolver {
     shine();
     start();
     if (o_.reject) reject_outliers();
-    constexpr int kMaxSteps = 20;
+    constexpr int kMaxSteps = 20;  // It ends earlier where the fit rests.
     for (int i = 0; i < kMaxSteps; ++i) {
       if (step() < o_.small_step) break;
     }
@@ -144,6 +144,7 @@ class TexelSolver {
   }
 
   void reject_outliers() {
+    // Factor of the robust width from round to round (graduated non-convexity).
     constexpr double kShrink = 1.6;
     const double least = o_.rejection_width();
     double worst = 0.0;
@@ -156,7 +157,7 @@ class TexelSolver {
       weigh(least);
       step();
     }
-    constexpr int kRounds = 4;
+    constexpr int kRounds = 4;  // Rounds of clean samples and fit.
     for (int round = 0; round < kRounds; ++round) {
       if (!keep_near() || step() < o_.small_step) break;
       step();
@@ -263,7 +264,7 @@ class TexelSolver {
       if (!o_.refine_normal) g.template head<2>().setZero();
     }
     Vector turn = reduced(e).inverse() * g;
-    constexpr double kMaxTurn = 0.3;
+    constexpr double kMaxTurn = 0.3;  // rad that a normal moves in a step.
     if (!turn.allFinite()) turn.setZero();
     if (turn.norm() > kMaxTurn) turn *= kMaxTurn / turn.norm();
     return turn;

@@ -207,7 +207,7 @@ class TexelLobes {
     }
   }
 
-  static constexpr double kMaxTurn = 0.3;
+  static constexpr double kMaxTurn = 0.3;  ///< rad that a normal moves in a step.
 
   const UnlightWork& work_;
   SpecularForm form_;

@@ -131,7 +131,7 @@ void report(const UnlightWork& work, UnlightResult& result, const RunControl& co
 
 /// What each lamp's samples say about it. @throws InvalidInput where nothing can come of it.
 void judge_lights(UnlightResult& result) {
-  constexpr double kMany = 0.5;
+  constexpr double kMany = 0.5;  // Share of the used samples.
   std::int64_t num_lit = 0, num_valid = 0;
   for (std::size_t k = 0; k < result.lights.size(); ++k) {
     const auto& n = result.lights[k].samples;
@@ -231,6 +231,7 @@ void fit_surface(const UnlightWork& work, UnlightResult& result, const RunContro
 
 double estimate_noise_scale(const UnlightWork& work, const RunControl& control, int max_rounds) {
   constexpr std::int64_t kMaxTexels = 20'000, kChunk = 64;
+  // Least noise, and the relative change below which it has settled.
   constexpr double kLeast = 1e-4, kSettled = 0.02;
   const std::vector<std::int64_t> texels = work.spread_texels(kMaxTexels);
   TexelFitOptions options = work.fit_options();
@@ -264,7 +265,7 @@ double estimate_noise_scale(const UnlightWork& work, const RunControl& control, 
 }
 
 void find_highlights(UnlightWork& work, UnlightResult& result, const RunControl& control) {
-  constexpr int kPasses = 3;
+  constexpr int kPasses = 3;  // Passes of fit and noise.
   const bool is_chosen = work.options.specular == SpecularMode::Auto;
   const double share = is_chosen ? 0.9 : 1.0;
   result.specular = ImageF(work.width, work.height, 2);
@@ -343,7 +344,7 @@ void report_interreflection(UnlightWork& work, UnlightResult& result) {
   result.notes.push_back("" + fixed_percent_text(result.interreflection->median) + " of the texels' light (median; " +
                          fixed_percent_text(result.interreflection->p95) +
                          " at the 95th percentile) came from other places of the surface and was subtracted");
-  constexpr double kMuch = 0.25;
+  constexpr double kMuch = 0.25;  // Share of the surface.
   if (unseen > kMuch) {
     result.notes.push_back("the camera does not see " + fixed_percent_text(unseen) +
                            " of the surface that its hollows face; this part was given the median albedo");

@@ -125,7 +125,7 @@ ImageF color_picture(const ImageF& map, double& factor) {
 void write_unlight_report(const fs::path& folder, const std::string& name, const UnlightInput& input,
                           const UnlightResult& result, const std::vector<LeaveOneOutError>& predicted,
                           const Eigen::Matrix3d& camera_from_world) {
-  constexpr double kStddevWhite = 0.1;
+  constexpr double kStddevWhite = 0.1;  // Relative deviation that is white in the picture.
   fs::create_directories(folder / "samples");
   double factor = 1.0;
   write_srgb8(folder / "albedo.png", color_picture(result.albedo, factor));

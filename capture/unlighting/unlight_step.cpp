@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kMaxPhotos = 1000;
-constexpr float kSaturatedCode = 253.5f / 255.0f;
+constexpr float kSaturatedCode = 253.5f / 255.0f;  ///< Codes from 254 on count as saturated.
 
 /// x right, y up, z to the camera: what photometric stereo is written in.
 Camera camera_of_photographs(int width, int height) {

@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kMinSpread =
     0.05;  // texel steps, squared: what neighbors nearer together than that say of a slope is noise
-constexpr std::int32_t kWeightOne = 4096;
-constexpr double kMaxBorderWeight = 1 << 27;
+constexpr std::int32_t kWeightOne = 4096;     ///< 1 in fixed point.
+constexpr double kMaxBorderWeight = 1 << 27;  ///< Keeps weights times heights within 64 bits.
 
 Vec3 texel_position(const SceneMesh& scene_mesh, const SurfaceAtlas& surface, TexelIndex t) {
   const auto triangle = static_cast<std::size_t>(surface.triangle(t));

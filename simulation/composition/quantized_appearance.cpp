@@ -72,6 +72,7 @@ const std::array<std::uint16_t, 256>& linear16_of_srgb8() {
 const std::array<std::uint8_t, kSrgbSize>& srgb8_of_linear16() {
   static const std::array<std::uint8_t, kSrgbSize> table = [] {
     std::array<std::uint8_t, kSrgbSize> t{};
+    // Linear codes of 16 bits that one entry of the table stands for.
     constexpr double kStep = 1 << kSrgbShift;
     for (std::size_t i = 0; i < t.size(); ++i) {
       t[i] = srgb8_from_linear(static_cast<float>((static_cast<double>(i) * kStep + 0.5 * (kStep - 1.0)) / 65535.0));

@@ -8,7 +8,7 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr double kMmPerM = 1000.0;
+constexpr double kMmPerM = 1000.0;  ///< Unit.
 
 /// Level directions: east along +x where that is level, north a quarter turn from it (-z where +y is up, +y where +z
 /// is).

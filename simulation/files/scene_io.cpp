@@ -235,6 +235,7 @@ Rule read_limited_rule(const JsonReader& json, const SceneContext& context, Scen
 
 /// A drop is as wide as three texels of an atlas of 1024 that is two thirds covered.
 double drop_width_mm(const Scene& scene) {
+  // A 1024 atlas that is two thirds covered (docs/algorithms/material_exchange.md, Splats).
   constexpr double kTexels = 1024.0 * 1024.0 * 2.0 / 3.0;
   double area = 0.0;
   for (const SceneObject& object : scene.objects) {

@@ -192,7 +192,7 @@ Weather read_csv(const JsonReader& path, const SceneContext& context, TimeUnit u
 }  // namespace
 
 std::optional<double> seconds_of_unit(std::string_view unit) {
-  constexpr double kDay = 86400.0, kYear = 365.25 * kDay;
+  constexpr double kDay = 86400.0, kYear = 365.25 * kDay;  // s; a year is 365.25 days (docs/simulation.md).
   constexpr std::array<std::pair<std::string_view, double>, 8> kUnits{{{"s", 1.0},
                                                                        {"min", 60.0},
                                                                        {"h", 3600.0},

@@ -8,7 +8,7 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr int kResolution = 192;
+constexpr int kResolution = 192;      ///< Texels along the coarse atlas of --estimate.
 constexpr double kMaxContacts = 4e6;  ///< Of all iterations: a few seconds.
 constexpr double kMaxCarried = 16.0;  ///< Emitter::carries.
 

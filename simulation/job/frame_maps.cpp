@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr float kMinRoughness = 0.05f;
+constexpr float kMinRoughness = 0.05f;  ///< See docs/algorithms/composition.md, In a GLB.
 
 bool has_relief(const Scene& scene) {
   return std::any_of(scene.objects.begin(), scene.objects.end(),

@@ -12,10 +12,10 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr double kShows = 0.1;       ///< Share of the color.
-constexpr double kNoticeable = 2.3;  ///< Delta E 1976, a just noticeable difference [Mahy et al. 1994].
-constexpr double kNearlyAll = 0.95;  ///< Of an object.
-constexpr double kMostlyUnmet = 0.5;
+constexpr double kShows = 0.1;        ///< Share of the color.
+constexpr double kNoticeable = 2.3;   ///< Delta E 1976, a just noticeable difference [Mahy et al. 1994].
+constexpr double kNearlyAll = 0.95;   ///< Of an object.
+constexpr double kMostlyUnmet = 0.5;  ///< Share of an object that is warned of.
 
 double delta_e_at(const ImageF& before, const ImageF& now, std::int64_t pixel) {
   const auto lab = [pixel](const ImageF& image) {

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kHighShare = 0.995;
+constexpr double kHighShare = 0.995;  ///< Rank of the value that 1 stands for (docs/simulation.md).
 constexpr const char* kStateFile = "state.bin";
 
 std::vector<std::string> atlas_channels(const Simulation& simulation) {

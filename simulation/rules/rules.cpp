@@ -20,9 +20,9 @@ namespace patinate::simulation {
 namespace {
 
 constexpr std::uint32_t kRulePurpose = 0x72756C65u;
-constexpr std::uint64_t kEveryEighth = 0x0101010101010101u;
-constexpr std::size_t kPrefetchTiles = 2;
-constexpr std::int64_t kChunkPages = 16;  ///< 128 tiles an iteration: about 50 us.
+constexpr std::uint64_t kEveryEighth = 0x0101010101010101u;  ///< A bit for every eighth tile of a page.
+constexpr std::size_t kPrefetchTiles = 2;                    ///< Tiles ahead; speed alone.
+constexpr std::int64_t kChunkPages = 16;                     ///< 128 tiles an iteration: about 50 us.
 constexpr std::size_t kChunkTiles = kChunkPages * TileGrid::kPageTiles / RuleEngine::kEpoch;
 
 const RuleKernel& kernel_of(InstructionSet set) {

@@ -52,7 +52,7 @@ struct RuleReport {
 /// Applies a scene's rules, in their order.
 class RuleEngine {
  public:
-  static constexpr int kEpoch = 8;
+  static constexpr int kEpoch = 8;  ///< Iterations (docs/algorithms/aging_rules.md, Epochs).
 
   /// @param surface             Outlives the engine.
   /// @param time_per_iteration  In the unit of the rules' alphas.

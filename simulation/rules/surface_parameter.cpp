@@ -50,7 +50,7 @@ void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* ou
 }
 
 void prefetch_parameter(const SurfaceParameter& parameter, TileIndex tile) {
-  constexpr std::size_t kLine = 64;
+  constexpr std::size_t kLine = 64;  // Bytes of a cache line.
   std::visit(
       [&](const auto& values) {
         const auto* first = reinterpret_cast<const char*>(values.data() + std::size_t{tile} * TileGrid::kTileTexels);

@@ -13,6 +13,7 @@ namespace patinate::simulation {
 namespace {
 
 constexpr double kMaxTime = 1e15;  // in any unit; whole numbers of it are still exact
+/// Ranges in the order of the signals: mm/h, degrees C, %, share, m/s.
 constexpr WeatherValues kLeast{0.0, -273.15, 0.0, 0.0, 0.0};
 constexpr WeatherValues kMost{1e4, 1e4, 100.0, 1.0, 1e3};
 

@@ -6,8 +6,8 @@
 namespace patinate::simulation {
 
 namespace {
-constexpr int kMaxCells = 64;
-constexpr int kFar = 255;
+constexpr int kMaxCells = 64;  ///< Cells along a side of the grid.
+constexpr int kFar = 255;      ///< Largest distance that a byte holds, cells.
 
 /// Distances in the maximum norm, half of them: over neighbors that come before a cell, in the given order [Rosenfeld
 /// and Pfaltz 1966].

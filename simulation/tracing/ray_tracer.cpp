@@ -20,8 +20,8 @@ struct Bvh {
 
 using RoundedTriangle = std::array<std::array<float, 3>, 3>;  ///< [corner][axis].
 
-constexpr int kBins = 16;
-constexpr int kLanes = 4;
+constexpr int kBins = 16;  ///< Bins of the surface area heuristic; speed alone.
+constexpr int kLanes = 4;  ///< Children of a node, tested as lanes of one vector.
 constexpr int kMaxSahDepth =
     40;  // deeper ones are halved, so that no mesh makes a chain that overflows a traversal's stack
 

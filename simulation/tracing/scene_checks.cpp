@@ -10,7 +10,7 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr std::uint32_t kBirthsLookedAt = 32;
+constexpr std::uint32_t kBirthsLookedAt = 32;  ///< Births whose way is followed.
 
 /// Directions without symmetry, so that grids and axes are not met edge-on.
 const std::array<Vec3, 5> kDirections{Vec3(0.267, 0.805, 0.529), Vec3(-0.712, 0.341, 0.613), Vec3(0.493, -0.671, 0.554),

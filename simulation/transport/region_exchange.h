@@ -113,6 +113,7 @@ struct RegionCall {
 struct RegionWorker {
   static constexpr std::size_t kMaxLanes = SplatShape::kMaxParts;
   static_assert(kMaxLanes % transport::kLaneBlock == 0);
+  /// Larger splats go to the vector kernel (docs/algorithms/material_exchange.md).
   static constexpr std::size_t kFewParts = 13;
   struct Part {
     TexelIndex texel;

@@ -49,9 +49,10 @@ struct SplatStencil {
 /// to face. What would walk off the surface's end stays.
 class SplatShape {
  public:
+  /// Shares of a splat sum to it (docs/algorithms/material_exchange.md).
   static constexpr std::uint32_t kWhole = 65536;
-  static constexpr std::size_t kMaxParts = 720;
-  static constexpr double kWidest = 33.0;  ///< Texels of the size that is hit: wider ones are cut to that.
+  static constexpr std::size_t kMaxParts = 720;  ///< See docs/algorithms/material_exchange.md, Splats.
+  static constexpr double kWidest = 33.0;        ///< Texels of the size that is hit: wider ones are cut to that.
 
   /// @param surface  Outlives it.
   /// @param width    In texels of median size; > 0.

@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kMaterialMaps{"specular", "metalness", "height"};
 constexpr std::string_view kHeight = "height";
+/// Gaussian that removes the object's shape (docs/algorithms/appearance_space.md).
 constexpr double kReliefSigma_px = 8.0;
 
 bool has(const std::vector<std::string>& names, std::string_view name) {

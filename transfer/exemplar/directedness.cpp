@@ -10,6 +10,7 @@
 namespace patinate::transfer {
 
 double directedness(const ImageF& lightness, const ImageU8& mask, const RunControl& control) {
+  // Gaussians whose difference is the band in which directions are measured.
   constexpr double kFine_px = 1.0, kCoarse_px = 8.0;
   ImageF band = gaussian_blur(lightness, mask, kFine_px, control);
   const ImageF coarse = gaussian_blur(lightness, mask, kCoarse_px, control);

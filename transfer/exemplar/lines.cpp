@@ -14,6 +14,7 @@ namespace patinate::transfer {
 
 namespace {
 
+/// Half sides of closing squares of 5, 9, 17 and 33 px (docs/algorithms/refinement.md).
 constexpr std::array kReaches_px{2, 4, 8, 16};
 constexpr double kMinContrast = 3.0;               // L*. Less is noise, or hardly seen.
 constexpr double kLowOfHigh = 0.4;                 // Threshold of all lines, as a share of Otsu's.
@@ -53,7 +54,7 @@ std::vector<cv::Point> segment(int direction) {
 /// By how much the mean along the best segment through a pixel exceeds the mean around it: what is filled by a line
 /// goes on along it, grain does not. L*, from integers of 1/64. Symmetric at the picture's border.
 cv::Mat along_lines(const cv::Mat& fill, const RunControl& control) {
-  constexpr int kMargin = kSegment / 2 + 1;
+  constexpr int kMargin = kSegment / 2 + 1;  // A segment and its window stay inside the padded picture.
   cv::Mat scaled, padded, sums, best(fill.size(), CV_32S, cv::Scalar(0));
   fill.convertTo(scaled, CV_16S, 64.0);
   cv::copyMakeBorder(scaled, padded, kMargin, kMargin, kMargin, kMargin, cv::BORDER_REFLECT);

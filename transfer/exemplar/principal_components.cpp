@@ -17,6 +17,7 @@ using Sums = std::vector<double>;
 
 constexpr int kExtraColumns =
     8;  ///< Beyond those asked for: the wanted ones then converge by the gap to the first excluded.
+/// Steps of orthogonal iteration; a fixed number, so that equal input gives equal bits.
 constexpr int kIterations = 48;
 
 Eigen::VectorXd mean_row(const SampleMatrix& samples) {

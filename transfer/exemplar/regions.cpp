@@ -14,13 +14,16 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr std::array kRadii_px{1, 2, 4};
+constexpr std::array kRadii_px{1, 2, 4};  ///< Smoothing that is tried, the finest first.
+/// Share of the variance that the class means explain; a normal distribution has 2 / pi = 0.64.
 constexpr double kMinSeparation = 0.8;
+/// Range of values around the border, as a share of the difference of the means.
 constexpr double kMinSharpness = 0.9;
+/// The rarer class covers at least a twentieth (docs/algorithms/refinement.md).
 constexpr double kMinRegionShare = 0.05;
 constexpr double kMinWidth_px = 8.0;        // A neighborhood sees seven.
 constexpr double kMinRegionContrast = 6.0;  // Twice what is hardly seen.
-constexpr int kBins = 512;
+constexpr int kBins = 512;                  ///< Bins of the histogram that is split in two.
 
 /// About as evenly spaced as lightness, [0, 100].
 double encoded(float linear) {

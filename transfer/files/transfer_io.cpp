@@ -83,7 +83,7 @@ namespace {
 
 /// x and y in pixels; -1 for none.
 void put_place(const SourcePlace& place, int source_width, float* xy) {
-  constexpr float kStep = 1.0f / 256.0f;
+  constexpr float kStep = 1.0f / 256.0f;  // Pixels a unit of PixelNeighbor's fractions.
   const std::int32_t column = place.pixel % source_width, line = place.pixel / source_width;
   xy[0] = place.pixel < 0 ? -1.0f : static_cast<float>(column) + kStep * static_cast<float>(place.beside_x);
   xy[1] = place.pixel < 0 ? -1.0f : static_cast<float>(line) + kStep * static_cast<float>(place.beside_y);

@@ -12,7 +12,9 @@ namespace patinate::transfer {
 
 namespace {
 
+/// Grain: a tenth of the variance within 15 px (docs/algorithms/control_matching.md).
 constexpr double kFine_px = 15.0, kMaxFine = 0.1;
+/// Steps of sqrt(2); the least that leaves at most kMaxFine is taken.
 constexpr std::array<double, 7> kBlurs_px{2.0, 2.8, 4.0, 5.7, 8.0, 11.3, 16.0};
 
 struct Variances {

@@ -15,7 +15,7 @@ namespace {
 
 /// In order.
 void sort_values(std::vector<float>& values, const RunControl& control) {
-  constexpr std::int64_t kPart = 65536;
+  constexpr std::int64_t kPart = 65536;  // Values that a thread sorts at once; results do not depend on it.
   const auto n = static_cast<std::int64_t>(values.size());
   const auto at = [&](std::int64_t i) { return values.begin() + static_cast<std::ptrdiff_t>(std::min(i, n)); };
   parallel_for(n, kPart, control, [&](std::int64_t begin, std::int64_t end) { std::sort(at(begin), at(end)); });
@@ -145,7 +145,7 @@ class Ranks {
   }
 
  private:
-  static constexpr int kCells = 1 << 16;
+  static constexpr int kCells = 1 << 16;  ///< Cells of the table that finds a value's rank; speed alone.
   /// Rises with the value: equal values share one.
   [[nodiscard]] std::size_t cell_of(float value) const {
     return static_cast<std::size_t>(std::clamp((static_cast<double>(value) - low_) * scale_, 0.0, double{kCells}));
@@ -183,8 +183,9 @@ void match_inside(const ImageF& destination, const ImageU8& destination_mask, co
 }  // namespace
 
 SuitedMapping suited_mapping(const ImageF& values, const ImageU8& mask) {
+  // Few values, as painted maps have (docs/algorithms/control_matching.md).
   constexpr double kTie = 0.1, kMaxTied = 0.5, kMaxOfOneValue = 0.25;
-  constexpr std::int64_t kMaxLookedAt = 1 << 18;
+  constexpr std::int64_t kMaxLookedAt = 1 << 18;  // Pixels that are looked at, evenly picked.
   const std::int64_t stride = std::max<std::int64_t>(1, values.num_pixels() / kMaxLookedAt) | 1;
   std::vector<float> sorted;
   for (std::int64_t i = 0; i < values.num_pixels(); i += stride) {

@@ -29,6 +29,7 @@ TransferScale choose_scale(std::optional<double> mm_per_unit, std::optional<doub
 }
 
 int choose_resolution(int measured_with, double texel_mm, double pixel_mm, int num_tiles) {
+  // Texels along an atlas that is chosen automatically (docs/transfer.md, Scale).
   constexpr double kLeast = 256.0, kMost = 4096.0;
   check_length("size of a texel", texel_mm);
   check_length("size of a pixel", pixel_mm);

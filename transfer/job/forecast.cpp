@@ -13,8 +13,8 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr std::int64_t kMaxLookedAt = 1 << 18;
-constexpr std::size_t kBins = 64;
+constexpr std::int64_t kMaxLookedAt = 1 << 18;  ///< Texels that the forecast looks at, evenly picked.
+constexpr std::size_t kBins = 64;               ///< Steps of a control in which shares are counted.
 constexpr double kManyCopies = 10.0;  // A choice: rows were seen at 59 and are not at 200 since reuse is balanced;
                                       // pieces are found again sooner.
 constexpr double kSmallShare = 0.25;  // Of the source.

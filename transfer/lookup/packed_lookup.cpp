@@ -18,7 +18,7 @@ namespace {
 /// Neighbors mostly look at neighbors: eight that do are one copy.
 template <class T, std::size_t kChannels>
 void gather_pixels(const T* source, std::span<const std::uint32_t> indices, T outside, T* out) {
-  constexpr std::size_t kRun = 8;
+  constexpr std::size_t kRun = 8;  // Texels that are gathered at once; speed alone.
   const auto one = [&](std::size_t i) {
     T* const to = out + kChannels * i;
     if (indices[i] == kNoValue) {

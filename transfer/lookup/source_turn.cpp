@@ -13,7 +13,7 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr std::uint32_t kSteps = 1u << 20;
+constexpr std::uint32_t kSteps = 1u << 20;  ///< Steps of a full turn in the packed angle.
 
 struct Axes {
   float x_u, x_v, y_u, y_v;

@@ -64,7 +64,7 @@ class Amounts {
 
  private:
   [[nodiscard]] static int value_of(std::uint16_t control) { return control * kValues / (kControlSteps + 1); }
-  static constexpr int kCell_px = 8;
+  static constexpr int kCell_px = 8;  ///< Side of the cells in which uses of the source are counted.
   [[nodiscard]] std::int32_t cell_of(std::int32_t pixel) const {
     return pixel / width_ / kCell_px * columns_ + pixel % width_ / kCell_px;
   }

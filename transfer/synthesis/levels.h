@@ -28,6 +28,7 @@ struct Offset {
 struct Neighborhood {
   std::vector<Offset> offsets;
   std::vector<std::int16_t> weights;  ///< > 0; at most 16 each, kLargestSum in all.
+  /// Bound of a neighborhood's weights: sums of differences then fit into 32 bits.
   static constexpr int kLargestSum = 1024;
   int radius_px = 0;
 

@@ -10,7 +10,8 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr int kCell_px = 4;
+constexpr int kCell_px = 4;  ///< Side of the cells in which uses of the source are counted.
+/// Overuse is counted in quarters of an even share, up to eight shares.
 constexpr std::int32_t kQuarters = search_kernel::kReuseQuarters, kMaxReuse = 8;
 
 std::size_t pass_cell_of(const SourceLevel& source, int x, int y) {
@@ -71,6 +72,7 @@ double coherence_of_level(std::size_t level, std::size_t coarsest, double cohere
 /// Pixels that look alike, taken over from the coarser level where there are many. @param coarser  Null: the coarsest.
 SimilarPixels similar_of_level(const SourceLevel& source, const SourceLevel* coarser, const SimilarPixels& of_coarser,
                                const RunControl& control) {
+  // Larger levels are not searched exhaustively; speed against quality.
   constexpr std::size_t kMaxSearchedPixels = 17'000;
   const bool is_searched = coarser == nullptr || source.usable.size() <= kMaxSearchedPixels;
   return is_searched ? find_similar_pixels(source, control) : refine_similar_pixels(of_coarser, *coarser, source);
@@ -86,7 +88,7 @@ std::uint32_t stream_of(std::size_t level, int pass) {
 using search_kernel::Preferences;
 
 Preferences preferences_of(const MultiLevelOptions& o) {
-  constexpr double kAmounts = 2.0;
+  constexpr double kAmounts = 2.0;  // Weight of amounts, in units of kOne.
   constexpr auto kOne = static_cast<double>(search_kernel::kOfOne);
   return {.bonus = static_cast<std::int32_t>(o.coherence_bonus * kOne),
           .penalty = static_cast<std::int32_t>(o.reuse_penalty * kOne),

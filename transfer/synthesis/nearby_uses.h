@@ -16,7 +16,7 @@ namespace patinate::transfer {
 /// Copies of the parts of a source in the squares of an atlas, each with the eight around it.
 class NearbyUses {
  public:
-  static constexpr std::int32_t kOneCopy = 256;
+  static constexpr std::int32_t kOneCopy = 256;  ///< 1 in fixed point.
 
   /// Counts nothing yet: copies() is 0.
   NearbyUses(const SourceLevel& source, const TexelMap& map);
@@ -32,6 +32,7 @@ class NearbyUses {
   [[nodiscard]] bool is_one_cell(std::int32_t a, std::int32_t b) const { return cell_of(a) == cell_of(b); }
 
  private:
+  /// Side of the cells in which copies are counted.
   static constexpr std::int32_t kCell_px = 4, kMaxCopies = 4 * kOneCopy;
 
   [[nodiscard]] std::size_t cell_of(std::int32_t pixel) const {

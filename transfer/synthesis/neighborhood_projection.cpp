@@ -16,7 +16,9 @@ using window_kernel::kAxisBits;
 /// Columns that span the leading eigenvectors of a symmetric matrix, by falling eigenvalue [Golub and Van Loan,
 /// sec. 8.2.4]; no matter how nearly: bounds hold for any axes.
 Eigen::MatrixXf leading_axes(const Eigen::MatrixXf& matrix, Eigen::Index count) {
+  // Columns beyond those wanted, for faster convergence [Halko et al. 2011].
   constexpr Eigen::Index kExtra = 5;
+  // Steps of subspace iteration; a fixed number, so that equal input gives equal bits.
   constexpr int kIterations = 10;
   const Eigen::Index n = matrix.rows(), columns = std::min(n, count + kExtra);
   Eigen::MatrixXf basis(n, columns);
@@ -60,7 +62,7 @@ void NeighborhoodProjection::gather(std::int32_t pixel, std::span<std::int16_t> 
 }
 
 void NeighborhoodProjection::find_axes(const SourceLevel& source, const Part& part) {
-  constexpr std::size_t kNumSamples = 2048;
+  constexpr std::size_t kNumSamples = 2048;  // Neighborhoods that the axes are computed from, evenly picked.
   const std::size_t size = part.weights.size(), count = std::min(kNumSamples, source.usable.size());
   std::vector<std::size_t> members;
   for (std::size_t i = 0; i < size; ++i) {

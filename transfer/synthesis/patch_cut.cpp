@@ -12,6 +12,7 @@ namespace patinate::transfer {
 namespace {
 
 constexpr std::int32_t kOnePixel = PixelNeighbor::kOne;
+/// Texels of the rim and of the window that are compared for a candidate.
 constexpr int kNumRim = 160, kNumSpread = 16;
 constexpr int kApart_px = 4;            // Candidates nearer to each other are one.
 constexpr int kNumCommon = 4;           // Pieces that are in the patch already.

@@ -83,7 +83,7 @@ class Builder {
   }
   /// By the variance of about a thousand of them.
   [[nodiscard]] std::size_t widest(std::span<const std::int32_t> ranks) const {
-    constexpr std::size_t kEnough = 1024;
+    constexpr std::size_t kEnough = 1024;  // Ranks that are looked at, evenly picked.
     std::array<double, kNumValues> sums{}, squares{};
     double count = 0.0;
     for (std::size_t i = 0; i < ranks.size(); i += std::max<std::size_t>(1, ranks.size() / kEnough)) {

@@ -23,6 +23,7 @@ constexpr double kStructureWeight = 1000.0;  // What 1 of structure counts; 170 
 constexpr double kControlUnit = 4.5;  // Found by trial on synthetic crackle, with a share of a half: twice as much
                                       // brings the control error down by a fifth, and breaks more lines.
 constexpr int kNumSweeps = 30;        // Reach as far as 8 texels; 8 sweeps bring half as much on the urn.
+/// Half sides of windows, source pixels (docs/algorithms/refinement.md).
 constexpr int kSmallestHalf_px = 8, kLargestHalf_px = 44;
 constexpr std::array kHalfFactors{0.4, 0.6, 0.9, 1.3, 2.0};  // Of the size of cells.
 
@@ -208,6 +209,7 @@ void LevelRefiner::take(const SurfacePatch& patch) {
 
 void smooth_places(const SynthesisLevel& level, const TexelNeighborhood& beside, int num_sweeps, PlaceMap& places,
                    const RunControl& control) {
+  // Half a pixel: the next texel's source continues this one's.
   constexpr std::int32_t kSamePiece = PixelNeighbor::kOne / 2;
   constexpr std::int64_t kSmoothChunk = 16384;
   const TexelSet& texels = level.destination.texels;

@@ -12,14 +12,16 @@ namespace patinate::transfer {
 
 namespace {
 
+/// Pixels that are searched, evenly picked where a source has more.
 constexpr std::size_t kMaxSearched = 65'536;
-constexpr int kNumAsked = 40;  ///< More than are kept: pixels next to each other look alike and say nothing new.
-constexpr int kMinDistance_px = 5;
+constexpr int kNumAsked = 40;       ///< More than are kept: pixels next to each other look alike and say nothing new.
+constexpr int kMinDistance_px = 5;  ///< Nearer pixels show nearly the same neighborhood.
 constexpr float kSlack = 4.0f;  ///< Branches that could hold nothing nearer than 1 / (1 + this) of the worst squared
                                 ///< distance are excluded: half of the time, the same textures.
 constexpr int kFeatureSize = kAppearanceSize + 1;
 
 constexpr std::array<Offset, 9> kLooked{{{0, 0}, {-2, 0}, {2, 0}, {0, -2}, {0, 2}, {-2, -2}, {2, -2}, {-2, 2}, {2, 2}}};
+/// 1, 3/4 and (3/4)^2, by how many axes an offset leaves.
 constexpr std::array<double, 9> kLookedWeights{1.0, 0.75, 0.75, 0.75, 0.75, 0.5625, 0.5625, 0.5625, 0.5625};
 constexpr std::int64_t kMaxSamples = 4096;  // For the components.
 
@@ -52,6 +54,7 @@ class Features {
       for (int i = 0; i < kNumLooked; ++i) sum += (around[i] - components_.mean[i]) * components_.axes(i, k);
       feature[k] = static_cast<float>(sum);
     }
+    // The control's full range counts as 400 units of appearance.
     constexpr float kControlScale = 400.0f / kControlSteps;
     feature[kAppearanceSize] =
         kControlScale * static_cast<float>(source_.controls.data()[std::int64_t{pixel} * source_.controls.channels()]);

@@ -10,6 +10,7 @@
 
 namespace patinate::transfer {
 
+/// k of k-coherence search [Tong et al. 2002], docs/algorithms/synthesis.md.
 inline constexpr int kNumSimilar = 3;
 
 /// Per pixel of a level: indices of its most similar usable pixels, at least 5 px away, nearest first; -1 = none.

@@ -15,6 +15,7 @@ int smallest_side(const History& history) {
 }
 
 int source_halvings(double texel_mm, double pixel_mm, int smallest_side) {
+  // A level is halved where its pixels are nearer to the texel then, in logarithms.
   constexpr double kSqrt2 = 1.4142135623730951;
   int halvings = 0;
   for (; texel_mm > kSqrt2 * pixel_mm && (smallest_side >> (halvings + 1)) >= kSmallestSide; ++halvings)

@@ -42,7 +42,7 @@ SourceStructure halved(const SourceStructure& fine, const RunControl& control) {
 
 /// On every level that is refined; no rounds for drafts. The best quality refines sources without structure as well.
 RefinementOptions refinement_options(const SourceStructure& structure, TransferQuality quality) {
-  constexpr std::array kRounds{0, 10, 32};
+  constexpr std::array kRounds{0, 10, 32};  // Rounds of draft, good and best (docs/algorithms/refinement.md).
   // Without lines nothing is lost where a control is followed more closely: three times as closely keeps the control
   // error of the search on rust and copper, in pieces four times as large.
   constexpr RefinementOptions kPlain{.num_rounds = 10, .control_share = 1.5};
@@ -186,6 +186,7 @@ std::optional<CostSums> sums_on_device(const SearchDevice* device, SearchDevice:
 /// For progress: what the appearance takes of the time, which grows with the history, where synthesis grows with the
 /// texels. Measured on 24 frames of 512 x 512 and 12 of 256 x 256 pixels, 128 x 128 and 512 x 512 texels.
 double appearance_share(const History& history, std::int64_t num_texels) {
+  // Measured times of reading and synthesis; they divide the progress bar alone.
   constexpr double kPixelSeconds = 4e-7, kTexelSeconds = 3e-4, kMost = 0.3;
   const double pixels = static_cast<double>(history.facts().width) * history.facts().height * history.num_frames();
   const double appearance = kPixelSeconds * pixels, synthesis = kTexelSeconds * static_cast<double>(num_texels);

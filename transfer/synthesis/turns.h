@@ -29,7 +29,7 @@ struct FixedPoint {
 };
 inline constexpr int kLargestSource_px = 4'000'000;
 
-inline constexpr int kSineBits = 14;
+inline constexpr int kSineBits = 14;     ///< Fraction bits of the integer sines.
 inline constexpr int kSineSteps = 4096;  ///< A piece of 100 pixels is off by a twelfth of a pixel at its ends.
 extern const std::array<std::int32_t, kSineSteps> kSines;  ///< Of a full turn, times 2^kSineBits.
 

@@ -32,7 +32,7 @@ struct Node {
   std::vector<int> neighbors = {};
 };
 struct Stop {
-  std::size_t point = 0;  // Of the crack.
+  std::size_t point = 0;  // Point of the crack.
   int node = 0;
 };
 

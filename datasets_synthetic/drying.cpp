@@ -16,8 +16,8 @@ namespace {
 constexpr std::uint32_t kDryingStream = 300;  // Purposes of random streams.
 constexpr std::int64_t kDryingRows = 8;
 constexpr double kWaterIndex = 1.333;
-constexpr double kDiffuseReflection = 0.066;  ///< Of diffuse light that comes from air.
-constexpr double kRim = 0.03;                 ///< Of the radius: where the stone is not yet soaked at the start.
+constexpr double kDiffuseReflection = 0.066;  ///< Share of diffuse light that comes from air.
+constexpr double kRim = 0.03;                 ///< Share of the radius: where the stone is not yet soaked at the start.
 constexpr double kGrainMm = 0.04;             ///< A film that is thinner is pierced.
 constexpr double kFilmRoughness = 0.22, kStoneRoughness = 0.9;
 constexpr double kWaterF0 = 0.02;

@@ -24,7 +24,7 @@ inline constexpr std::array<std::string_view, 2> kDryingOrderNames{"rim", "thick
 
 /// Settings of DryingPatch.
 struct DryingOptions {
-  int width = 320;             ///< Of the photographs; [32, 4096].
+  int width = 320;             ///< Width of the photographs; [32, 4096].
   int height = 256;            ///< [32, 4096].
   double texel_size_mm = 0.5;  ///< Length on the stone that a pixel shows; > 0.
   int num_frames = 30;         ///< [2, 10000].
@@ -83,7 +83,7 @@ class DryingPatch {
 
  private:
   DryingOptions options_;
-  double radius_;  ///< Of the patch, pixels.
+  double radius_;  ///< Radius of the patch, pixels.
   SmoothNoise outline_, ragged_, puddles_, stone_, grain_, ripples_;
 };
 

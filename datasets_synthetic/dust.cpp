@@ -21,7 +21,7 @@ constexpr std::uint32_t kDustStream = 320;                      // Purpose of ra
 constexpr std::int64_t kDustRows = 4;
 constexpr double kGlassF0 = 0.04, kGlazeRoughness = 0.18, kDustRoughness = 0.9;
 constexpr double kDustLamp = 1.2;           ///< Its irradiance, over pi times that of even light.
-constexpr double kDustShadowOffset = 1e-4;  ///< Of the height: shadow rays start so far above the surface.
+constexpr double kDustShadowOffset = 1e-4;  ///< Share of the height: shadow rays start so far above the surface.
 const std::array<double, 3> kLampSide{-0.55, 0.70, 0.75};  ///< From the object.
 
 DustOptions checked_dust(const DustOptions& o) {

@@ -30,15 +30,15 @@ inline constexpr std::array<std::string_view, 2> kDustFollowsNames{"facing", "ex
 
 /// Settings of DustyObject.
 struct DustOptions {
-  int width = 320;           ///< Of the photographs; [32, 4096].
+  int width = 320;           ///< Width of the photographs; [32, 4096].
   int height = 400;          ///< [32, 4096].
   int num_frames = 16;       ///< [2, 10000].
   double interval_d = 7.0;   ///< Days between photographs; > 0.
-  double height_mm = 200.0;  ///< Of the urn, sculpture(); > 0.
+  double height_mm = 200.0;  ///< Height of the urn, sculpture(); > 0.
   DustFollows follows = DustFollows::Exposure;
   double rate = 0.03;       ///< Grains a day over each point of a level place under an open sky; > 0.
   double steepness = 3.0;   ///< Exponent of facing or exposure: how soon dust slides off what is steep; [0.1, 20].
-  double unevenness = 1.0;  ///< Of glaze and dust; 0 = none; [0, 2].
+  double unevenness = 1.0;  ///< Unevenness of glaze and dust; 0 = none; [0, 2].
   double shading = 1.0;     ///< How far one side is lit more than others; 0 = light is even; [0, 1].
   double gloss = 1.0;       ///< The lamp's reflection in the glaze, times that of glass; 0 = none; [0, 10].
   double noise = 0.006;     ///< Standard deviation of photographs, in 8-bit sRGB codes / 255; [0, 0.5].

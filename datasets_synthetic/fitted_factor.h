@@ -13,7 +13,7 @@ namespace patinate::datasets {
 template <class SizeAt>
 [[nodiscard]] double fitted_factor(double wanted, const SizeAt& size_at) {
   constexpr int kMaxSteps = 40;
-  constexpr double kCloseEnough = 1e-4;  ///< Of what is wanted.
+  constexpr double kCloseEnough = 1e-4;  ///< Share of what is wanted.
   double low = 0.0, high = 1.0, at_low = 0.0, at_high = size_at(high);
   for (int i = 0; i < kMaxSteps && at_high < wanted; ++i) {
     low = std::exchange(high, 1.3 * high);

@@ -20,7 +20,7 @@ namespace patinate::datasets {
 
 /// Settings of the mold, of how it is captured, and of what disturbs that.
 struct MoldOptions {
-  int width = 320;           ///< Of the photographs; [32, 4096].
+  int width = 320;           ///< Width of the photographs; [32, 4096].
   int height = 240;          ///< [32, 4096].
   int num_steps = 4;         ///< [1, 1000].
   int num_lights = 5;        ///< [1, 64].
@@ -55,7 +55,7 @@ struct MoldLook {
   double roughness =
       1.0;  ///< Its width: the lobe falls to about 1/e where the half vector's angle has the tangent roughness^2.
   double metalness = 0.0;           ///< Share of bare metal; 0 but for MoldOptions::metal.
-  Vec3 reflectance = Vec3::Zero();  ///< Of metal_lobe() from straight above, F0; `specular` is its mean.
+  Vec3 reflectance = Vec3::Zero();  ///< Reflectance of metal_lobe() from straight above, F0; `specular` is its mean.
 };
 
 /// The highlight over the light that arrives, E max(0, n . l): s exp(-tan^2 a / m^2) / (4 pi m^2 cos^4 a), a the half

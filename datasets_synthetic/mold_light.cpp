@@ -17,7 +17,7 @@ namespace patinate::datasets {
 namespace {
 
 constexpr double kTableAlbedo = 0.045;
-constexpr double kMoldShadowOffset = 2e-4;  ///< Of the radius: shadow rays start so far above the surface.
+constexpr double kMoldShadowOffset = 2e-4;  ///< Share of the radius: shadow rays start so far above the surface.
 constexpr std::int64_t kLitRows = 4;
 
 bool is_exact(const MoldOptions& o) { return !(o.noise > 0.0) && !(o.scan_noise_mm > 0.0); }

@@ -17,10 +17,10 @@ namespace patinate::datasets {
 /// Settings of GlossyPlate.
 struct PlateOptions {
   int size = 192;               ///< Pixels along a side; [32, 2048].
-  double side_mm = 128.0;       ///< Of the plate; > 0. Lamp and camera stand as far off as their numbers say.
+  double side_mm = 128.0;       ///< Side of the plate; > 0. Lamp and camera stand as far off as their numbers say.
   int num_frames = 16;          ///< [2, 10000].
   double interval_h = 1.0;      ///< Hours between photographs; > 0.
-  double roughness = 0.35;      ///< Of the polish at the start; [0.15, 0.9].
+  double roughness = 0.35;      ///< Roughness of the polish at the start; [0.15, 0.9].
   double roughness_end = 0.55;  ///< And at the end.
   double specular = 0.05;       ///< F0 of the polish, a lacquer; [0, 1]. Not of metal.
   bool metal = false;           ///< Bare copper instead of a lacquer: no albedo, F0 of its color.

@@ -15,7 +15,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::size_t kMaxMaterialTimes = 9;  ///< See docs/algorithms/compare.md.
-constexpr std::size_t kMaxPlaces = 4096;      ///< Of a side and time, whose BRDFs are told.
+constexpr std::size_t kMaxPlaces = 4096;      ///< Most places of a side and time whose BRDFs are compared.
 constexpr std::uint32_t kBrdfPurpose = 301, kMapPurpose = 310;
 
 /// One number of a material.

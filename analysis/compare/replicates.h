@@ -35,7 +35,7 @@ struct PairDistance {
 /// One figure of all replicates.
 struct ReplicateFigure {
   PairDistance what = {};              ///< Without value; `undefined` where some pair has none.
-  std::vector<double> distances = {};  ///< Of all pairs, see pair_index(); empty when undefined.
+  std::vector<double> distances = {};  ///< Distances of all pairs, see pair_index(); empty when undefined.
   std::optional<GroupDifference> difference = {};
   double p_corrected = 1.0;  ///< By Holm, for the number of defined figures.
 };
@@ -46,7 +46,7 @@ struct ReplicateComparison {
   std::size_t num_labelings = 0;
   bool is_exact = true;  ///< All labelings were looked at.
   double smallest_p = 1.0;
-  double smallest_p_corrected = 1.0;  ///< Of one figure that differs alone.
+  double smallest_p_corrected = 1.0;  ///< Smallest p corrected of one figure that differs alone.
   double overall_p = 1.0;             ///< That no figure differs.
   std::size_t num_defined = 0;
   /// Replicates a side from which on one figure alone can be below 0.05 after the correction.

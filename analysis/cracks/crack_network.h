@@ -34,9 +34,9 @@ struct CrackSegment {
 };
 
 struct CrackNetwork {
-  double share = 0.0;                         ///< Of the surface.
-  double area_px = 0.0;                       ///< Of the cracks.
-  double length_px = 0.0;                     ///< Of the center lines.
+  double share = 0.0;                         ///< Share of the surface.
+  double area_px = 0.0;                       ///< Area of the cracks.
+  double length_px = 0.0;                     ///< Length of the center lines.
   std::vector<CrackCell> cells = {};          ///< Those that touch neither border nor outside.
   std::vector<CrackJunction> junctions = {};  ///< Those whose arms can be followed without meeting another junction.
 

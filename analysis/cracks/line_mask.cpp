@@ -14,7 +14,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::int64_t kRows = 32;                             ///< Of a chunk of work.
+constexpr std::int64_t kRows = 32;                             ///< Rows of a chunk of work.
 constexpr float kNone = std::numeric_limits<float>::lowest();  ///< Below every value.
 
 /// Largest value in a square around every pixel inside the mask, of those inside; kNone outside.

@@ -17,8 +17,8 @@ namespace patinate::analysis {
 struct LineStructure {
   double surface_px = 0.0;                       ///< Area inside the mask.
   double line_px = 0.0;                          ///< Area of the lines.
-  double length_px = 0.0;                        ///< Of the center lines.
-  double inner_length_px = 0.0;                  ///< Of those away from every border.
+  double length_px = 0.0;                        ///< Length of the center lines.
+  double inner_length_px = 0.0;                  ///< Length of those away from every border.
   double closed_px = 0.0;                        ///< Area of cells that touch neither border nor outside.
   std::int64_t num_ends = 0;                     ///< Dead ends: ends of center lines away from every border.
   std::int64_t num_junctions = 0;                ///< Places where three or more branches meet.

@@ -13,11 +13,11 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::int64_t kCoherenceChunk = 16384;
-constexpr int kNear = 4, kFar = 64;                  // Of rep64.
+constexpr int kNear = 4, kFar = 64;                  // Distances of rep64, texels.
 constexpr int kShortestSpan = 8, kLongestSpan = 32;  // Texels: whole pixels measure the longest to a few percent.
 constexpr double kLargestStep = 5.0;  // Source pixels of a step inside a piece: UVs squeezed by 4, and rounding.
 constexpr double kLogarithmBin = 1.0 / 65536.0;  ///< Width of a bin of logarithms, in which medians are found.
-constexpr double kStepTolerance = 0.99;          // Of a unit: both places are rounded to half of one.
+constexpr double kStepTolerance = 0.99;          // In units: both places are rounded to half of one.
 constexpr std::pair<int, int> kSteps[] = {{1, 0}, {0, 1}};
 constexpr std::pair<int, int> kFartherSteps[] = {{1, 0}, {0, 1},  {1, 1}, {1, -1}, {2, 0}, {0, 2},
                                                  {2, 1}, {1, -2}, {3, 0}, {0, 3},  {4, 1}, {1, -4}};

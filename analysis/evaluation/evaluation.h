@@ -26,7 +26,7 @@ void describe(OptionVisitor& v, EvaluationOptions& o);
 
 /// What a tool says its result is; M9 tells whether the coordinates explain it.
 struct MadePicture {
-  std::size_t frame = 0;  ///< Of the source.
+  std::size_t frame = 0;  ///< Frame of the source.
   ImageF codes;           ///< H x W x 3, sRGB codes in [0, 255].
 };
 

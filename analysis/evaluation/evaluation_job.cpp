@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::int64_t kStageVersion = 5;  ///< Raised when the same input gives other figures.
 
-constexpr int kLongestSide = 1600;  ///< Of a picture on the page, pixels.
+constexpr int kLongestSide = 1600;  ///< Longest side of a picture on the page, pixels.
 
 fs::path item_file(std::size_t i) { return fs::path(kJobWorkFolder) / ("map" + std::to_string(i) + ".json"); }
 
@@ -52,7 +52,7 @@ struct EvaluatedLines {
 
 /// What an item finds of its map.
 struct EvaluatedMap {
-  std::string name, about, hash;  ///< Of the item, of the item, of the Evaluation.
+  std::string name, about, hash;  ///< Name and description of the item, and hash of the Evaluation.
   std::vector<Figure> figures;
   std::vector<EvaluatedLines> lines;
   std::vector<Picture> pictures;  ///< With their sources; in the report they are files of the page.

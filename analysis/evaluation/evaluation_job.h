@@ -31,7 +31,7 @@ struct MapToEvaluate {
 struct EvaluationItem {
   std::string name;   ///< Unique; for people.
   std::string about;  ///< One line: file, source, control.
-  std::string key;    ///< Of all that it depends on.
+  std::string key;    ///< Key of all that it depends on.
   std::function<MapToEvaluate(const RunControl& control)> open;
 };
 

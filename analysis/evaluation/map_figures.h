@@ -82,7 +82,7 @@ struct MapFacts {
   std::shared_ptr<const TexelMap> surface;   ///< With its figures.
   std::shared_ptr<const FlowFrames> frames;  ///< One a triangle.
   bool has_control = false;                  ///< What was wanted is known.
-  std::vector<std::int16_t> turns = {};      ///< As SynthesizedMap's.
+  std::vector<std::int16_t> turns = {};      ///< Turns as SynthesizedMap's.
 };
 
 /// Measures a map tile by tile. Thread-safe.

@@ -9,7 +9,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr int kLongestPicture = 1600;       ///< Of the whole sheet, pixels.
+constexpr int kLongestPicture = 1600;       ///< Longest side of the whole sheet, pixels.
 constexpr float kGrayBetweenTiles = 0.18f;  ///< Between tiles.
 constexpr int kGap = 2;
 

@@ -18,8 +18,8 @@ namespace {
 
 /// L* (docs/algorithms/evaluation.md).
 constexpr std::array<double, kNumLineThresholds> kThresholds = {7.0, 10.0, 16.0};
-constexpr int kMaxHalvings = 4;                            ///< Of the root of two, and as many doublings.
-constexpr double kMinShare = 0.003, kLargestShare = 0.25;  ///< Of the area (docs/algorithms/evaluation.md).
+constexpr int kMaxHalvings = 4;                            ///< Halvings by the root of two, and as many doublings.
+constexpr double kMinShare = 0.003, kLargestShare = 0.25;  ///< Shares of the area (docs/algorithms/evaluation.md).
 constexpr double kMinRun = 40.0;                           ///< px of line a dead end (docs/algorithms/evaluation.md).
 /// px and px2 at the source's scale: closing square of 9 x 9, least spot.
 constexpr int kReach = 4, kMinArea = 30;

@@ -23,7 +23,7 @@ std::size_t bin_of(float value) {
   return static_cast<std::size_t>(std::clamp(bin, 0, kBins - 1));
 }
 
-constexpr int kScaleDigits = 4;  ///< Of what sizes say, rounding is no scale.
+constexpr int kScaleDigits = 4;  ///< Digits of sizes: rounding is no scale.
 
 /// The source's nearest pixel for each texel of a plane.
 template <class T>
@@ -224,8 +224,8 @@ struct SourceStructure::Found {
   double pixels_per_texel;
   LineScale scale;
   bool has_quarters = false;
-  std::array<float, 3> ends = {};  ///< Of the control's quarters.
-  ImageF lightness;                ///< Of the source's own pixels.
+  std::array<float, 3> ends = {};  ///< Ends of the control's quarters.
+  ImageF lightness;                ///< Lightness of the source's own pixels.
   Ground ground;                   ///< The source at the texels' size.
   ImageF control;                  ///< The same.
   std::vector<SourceLines> kinds;

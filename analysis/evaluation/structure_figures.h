@@ -32,7 +32,7 @@ using WantedCounts = std::array<std::int64_t, 64>;
 struct LineFigures {
   LineKind kind = LineKind::Dark;
   double threshold = 0.0;       ///< L* by which a line differs from what surrounds it.
-  std::vector<Figure> figures;  ///< As below, without the mean; `split` is the source's.
+  std::vector<Figure> figures;  ///< Figures as below, without the mean; `split` is the source's.
 };
 
 struct StructureFigures {

@@ -113,10 +113,10 @@ struct PartCounts {
 
 /// A tile of a map under evaluation: a map of one tile is one part.
 struct MapPart {
-  const TexelMap& surface;  ///< Of the whole map, whose figures it knows.
+  const TexelMap& surface;  ///< Surface of the whole map, whose figures it knows.
   const FlowFrames& frames;
   TexelRect rect;
-  SourceIndices indices;  ///< Of its own texels, and of those that they have beside them over seams.
+  SourceIndices indices;  ///< Indices of its own texels, and of those that they have beside them over seams.
   ImageF control;         ///< The rectangle's; may be empty.
 
   [[nodiscard]] std::int64_t num_texels() const { return rect.num_texels(); }

@@ -73,7 +73,7 @@ struct Work {
   std::vector<double> reference_ranks = {};
   std::vector<std::size_t> used = {};  ///< Candidates that are not even.
   SurfaceBlocks blocks = {};
-  Correlograms correlograms = {};  ///< Of the reference's ranks, then of those of the candidates in use.
+  Correlograms correlograms = {};  ///< Correlograms of the reference's ranks, then of those of the candidates in use.
 };
 
 /// On which differences of correlations are comparable.
@@ -112,7 +112,7 @@ std::vector<ExplanationFigures> correlated(const Work& work, const std::vector<s
 
 /// What shuffled references give.
 struct Chance {
-  std::vector<std::vector<double>> correlations;  ///< Of each list, one a shuffle.
+  std::vector<std::vector<double>> correlations;  ///< Correlations of each list, one a shuffle.
   std::vector<double> explained;                  ///< MixProblem::Found::explained, one a shuffle.
 };
 

@@ -20,7 +20,7 @@ struct ExplanationOptions {
   int num_samples = 16000;  ///< Places looked at, each for as much of the surface; [500, 100000].
   std::optional<double>
       block_mm{};       ///< Edge of the blocks that count as independent; > 0. Not given: suited_block_count().
-  int max_members = 3;  ///< Of the mix; [1, 8].
+  int max_members = 3;  ///< Most members of the mix; [1, 8].
   int resamples = 400;  ///< Surfaces of drawn blocks that give the intervals; [50, 10000].
   int shuffles = 999;   ///< Surfaces of shuffled blocks that give the p values; [99, 100000].
 };
@@ -33,14 +33,14 @@ inline constexpr double kExplains = 0.05;
 
 /// A parameter that may explain the reference.
 struct ExplanationCandidate {
-  std::string name;            ///< As an expression says it; unique.
+  std::string name;            ///< Name as an expression says it; unique.
   std::vector<double> values;  ///< At every place, in [0, 1].
 };
 
 /// Places on a surface, each for an equal part of it.
 struct ExplanationInput {
   std::vector<Vec3> positions_mm;
-  double area_mm2 = 0.0;          ///< Of all the parts together; > 0.
+  double area_mm2 = 0.0;          ///< Area of all the parts together; > 0.
   std::vector<double> reference;  ///< Finite; any unit: only its order counts.
   std::vector<ExplanationCandidate> candidates;
 };

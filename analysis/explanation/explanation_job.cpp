@@ -95,7 +95,7 @@ void check_expression(const Explanation& found, const std::vector<MadeControl>& 
         ->map;
   });
   const std::vector<double> values = places.values_of(mixed.values);
-  constexpr double kRounding = 1e-5;  // Of a few floats of [0, 1].
+  constexpr double kRounding = 1e-5;  // Rounding of a few floats of [0, 1].
   for (std::size_t i = 0; i < values.size(); ++i) {
     double expected = 0.0;
     for (const MixMember& m : found.mix.members) {

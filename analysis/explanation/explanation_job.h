@@ -32,7 +32,7 @@ struct SurfaceReference {
 
 /// A control map that may explain it.
 struct ExplainingControl {
-  std::string name;  ///< As an expression says it.
+  std::string name;  ///< Name as an expression says it.
   std::string key;   ///< Content key of its map.
   std::function<ControlMap(const RunControl&)> make;
   std::vector<std::string> options = {};  ///< What any command needs beside the name: " --up 0,0,1".

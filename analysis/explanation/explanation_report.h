@@ -23,7 +23,7 @@ struct ExplanationReport {
   const ExplanationTask& task;
   const Explanation& found;
   const ExplanationInput& input;
-  const std::vector<MadeControl>& controls;  ///< As ExplanationInput::candidates.
+  const std::vector<MadeControl>& controls;  ///< Controls as ExplanationInput::candidates.
   const std::vector<MadeControl>& skipped;
   std::string key;
 };
@@ -46,7 +46,7 @@ struct ExplanationManifest {
   };
   std::string reference, mesh, verdict;
   std::vector<Candidate> candidates;  ///< The strongest first.
-  std::string mix;                    ///< As `transfer` takes it; "" where there is none.
+  std::string mix;                    ///< Mix as `transfer` takes it; "" where there is none.
   std::string key;
 };
 /// @param path  The folder or its kExplanationFile. @throws IoError

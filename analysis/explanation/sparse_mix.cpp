@@ -14,8 +14,8 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::uint32_t kPartPurpose = 0x3a27;  ///< Keeps these draws apart from other uses of the seed.
-constexpr double kMinGain = 0.005;              ///< Of the variance: less than that is of no use to anyone.
-constexpr double kMinOwn = 1e-6;  ///< Of a candidate's variance, what others must leave of it to take part.
+constexpr double kMinGain = 0.005;              ///< Share of the variance: less than that is of no use to anyone.
+constexpr double kMinOwn = 1e-6;  ///< Share of a candidate's variance, what others must leave of it to take part.
 
 }  // namespace
 
@@ -141,7 +141,7 @@ MixProblem::Found MixProblem::find(std::span<const double> ranks, int most) cons
   Sums all = parts.front();
   for (std::size_t p = 1; p < parts.size(); ++p) all.add(parts[p], 1.0);
   const double variance = all.yy - all.y * all.y / all.count;
-  std::vector<Fit> fits(parts.size());  // Of what is left without each part.
+  std::vector<Fit> fits(parts.size());  // Fits of what is left without each part.
   std::vector<double> errors(parts.size());
   Fit whole;
   for (int size = 1; size <= most; ++size) {

@@ -49,9 +49,9 @@ class MixProblem {
   [[nodiscard]] static double error_of(const Sums& part, const Fit& fit);
 
   std::vector<std::vector<double>> values_;
-  std::vector<std::uint8_t> part_of_;       ///< Of every sample.
-  std::vector<std::vector<double>> outer_;  ///< Of each part: sums of products of two candidates, row by row.
-  std::vector<std::vector<double>> sum_;    ///< Of each part: sums of candidates.
+  std::vector<std::uint8_t> part_of_;       ///< Part of every sample.
+  std::vector<std::vector<double>> outer_;  ///< For each part: sums of products of two candidates, row by row.
+  std::vector<std::vector<double>> sum_;    ///< For each part: sums of candidates.
   std::vector<double> count_;               ///< Samples of each part.
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kMaxPlaces = 2000;  ///< Whose pairs are looked at.
 constexpr double kForgotten = 0.1;        ///< Correlation of places that no longer know of each other.
-constexpr std::uint64_t kMinPairs = 200;  ///< Of a step; steps with fewer are not looked at.
+constexpr std::uint64_t kMinPairs = 200;  ///< Least pairs of a step; steps with fewer are not looked at.
 
 using Steps = std::array<double, kNumDistanceSteps>;
 

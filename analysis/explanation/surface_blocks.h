@@ -41,7 +41,7 @@ inline constexpr std::size_t kNumDistanceSteps = 128;  ///< Steps of the correla
 /// How alike the values of two places are, by their distance, for one list of values or more.
 struct Correlograms {
   double step_mm = 0.0;                                      ///< Pairs of step k lie [k, k + 1) of it apart.
-  std::array<std::uint64_t, kNumDistanceSteps> num_pairs{};  ///< Of each step.
+  std::array<std::uint64_t, kNumDistanceSteps> num_pairs{};  ///< Number of pairs of each step.
   std::vector<std::array<double, kNumDistanceSteps>> mean;   ///< Of each list: the mean product of standardized values.
   std::size_t num_places = 0;                                ///< That were looked at: at most 2,000.
 

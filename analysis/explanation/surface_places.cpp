@@ -12,7 +12,7 @@ std::vector<double> SurfacePlaces::values_of(const ImageF& image) const {
 }
 
 SurfacePlaces surface_places(const TexelMap& map, const ImageU8& mask, int count) {
-  std::vector<double> texel_mm2;  // Of each triangle.
+  std::vector<double> texel_mm2;  // Texel area of each triangle.
   for (int t = 0; t < map.mesh().num_triangles(); ++t) {
     const Eigen::Matrix<double, 3, 2> steps = map.mm_per_texel(t);
     texel_mm2.push_back(Vec3(steps.col(0)).cross(Vec3(steps.col(1))).norm());

@@ -11,7 +11,7 @@ namespace patinate::analysis {
 struct SurfacePlaces {
   std::vector<TexelId> texels;  ///< Ascending.
   std::vector<Vec3> positions_mm;
-  double area_mm2 = 0.0;  ///< Of all covered texels inside the mask.
+  double area_mm2 = 0.0;  ///< Area of all covered texels inside the mask.
 
   /// @param image  H x W x 1 on the atlas.
   [[nodiscard]] std::vector<double> values_of(const ImageF& image) const;

@@ -38,7 +38,7 @@ struct Said {
   const fs::path& folder;
   std::vector<FrameRecord> frames;
   std::array<double, kNumPlaceStatuses> counts = {};  ///< By PlaceStatus, of the first model, inside the mask.
-  std::vector<double> rates, rate_stddevs;            ///< Of fitted places, all models.
+  std::vector<double> rates, rate_stddevs;            ///< Rates and rate stddevs of fitted places, all models.
   std::vector<double> ends;                           ///< Until when the curve covers every place that changes.
   ImageU8 clock, changes;
 };

@@ -31,7 +31,7 @@ struct FactorizationWork {
   std::optional<QuantityHistory> map;  ///< What is taken apart where it is not the color.
   ImageU8 mask;
   std::vector<FactoredFrame> frames;  ///< By time.
-  std::string key;                    ///< Of the whole plan.
+  std::string key;                    ///< Key of the whole plan.
 
   [[nodiscard]] bool is_color() const { return task.of == FactorQuantity::Color; }
   /// The history whose colors are taken apart.

@@ -12,9 +12,9 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr int kRateSteps = 17, kDelaySteps = 33;  ///< Of the grid.
-constexpr double kLargestDelay = 0.5;             ///< Of the grid, as a share of the span.
-constexpr int kHalfWindow = 3;                    ///< Of the filter against outliers [Hampel 1974].
+constexpr int kRateSteps = 17, kDelaySteps = 33;  ///< Steps of the grid.
+constexpr double kLargestDelay = 0.5;             ///< Largest delay of the grid, as a share of the span.
+constexpr int kHalfWindow = 3;                    ///< Half window of the filter against outliers [Hampel 1974].
 constexpr double kOutlier = 3.0 * 1.4826;         ///< Three standard deviations, from the median absolute deviation.
 constexpr int kMostSteps = 40, kOtherSteps = 8;   ///< From the best start, and from the other as long as it is behind.
 constexpr double kMinGain = 1e-7;                 ///< Relative fall of the cost at which the search ends.

@@ -15,7 +15,7 @@ namespace patinate::analysis {
 struct CurveBasis {
   std::size_t first = 0;
   std::array<double, 4> weights = {};  ///< Sum 1.
-  std::array<double, 4> slopes = {};   ///< Of the weights, per clock; 0 beyond the ends.
+  std::array<double, 4> slopes = {};   ///< Slopes of the weights, per clock; 0 beyond the ends.
 };
 [[nodiscard]] CurveBasis curve_basis(const TemporalCurve& curve, double clock);
 

@@ -18,13 +18,13 @@ namespace {
 
 constexpr std::int64_t kCandidates = 4096;                 ///< Places that are looked at.
 constexpr double kStrongest = 0.6;                         ///< Of the candidates that change: those that change most.
-constexpr double kFitShare = 0.1;                          ///< Of a round's time, for the places one by one.
-constexpr std::array<int, 4> kIterations{25, 25, 25, 60};  ///< Of the joint fit, for every round.
+constexpr double kFitShare = 0.1;                          ///< Share of a round's time, for the places one by one.
+constexpr std::array<int, 4> kIterations{25, 25, 25, 60};  ///< Iterations of the joint fit, for every round.
 constexpr double kDomainTail = 0.005;  ///< Share of clock values excludedside at each end of the curve.
 constexpr double kMinNoise = 1e-6;     ///< Linear color.
 constexpr double kSigma = 1.4826;      ///< From a median of absolute values to a standard deviation.
 constexpr double kClip = 3.0;          ///< Standard deviations, for the correlation.
-constexpr int kSamples = 1025;         ///< Of the curve, for its lowest and highest value.
+constexpr int kSamples = 1025;         ///< Samples of the curve, for its lowest and highest value.
 
 /// The places with their series cleaned: for choosing and for the first curve.
 PlaceSeries cleaned(const PlaceSeries& places, const std::vector<std::int64_t>& chosen) {

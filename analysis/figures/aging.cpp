@@ -10,7 +10,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr double kOnsetShare = 0.1, kSaturationShare = 0.9;  ///< Of the rise (docs/algorithms/compare.md).
+constexpr double kOnsetShare = 0.1, kSaturationShare = 0.9;  ///< Shares of the rise (docs/algorithms/compare.md).
 
 /// First time at which a non-decreasing curve reaches a level that it does reach.
 double crossing(const std::vector<double>& times, const std::vector<double>& curve, double level) {

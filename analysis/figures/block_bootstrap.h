@@ -16,7 +16,7 @@ namespace patinate::analysis {
 struct BlockGrid {
   int columns = 0;
   int rows = 0;
-  std::vector<std::uint16_t> block_of = {};  ///< Of every texel of the stack: row * columns + column.
+  std::vector<std::uint16_t> block_of = {};  ///< Block of every texel of the stack: row * columns + column.
   std::vector<std::uint16_t> used = {};      ///< Blocks that hold texels, ascending.
 
   [[nodiscard]] std::size_t num_blocks() const {

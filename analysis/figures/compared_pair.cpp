@@ -128,7 +128,7 @@ CommonSizes common_sizes(const SurfaceExtent& a, const SurfaceExtent& b, int siz
     const double pixel = std::max(mm_a / sizes.a, mm_b / sizes.b);
     const int side_a = static_cast<int>(std::lround(mm_a / pixel)),
               side_b = static_cast<int>(std::lround(mm_b / pixel));
-    constexpr int kMinSide = 32;  // Of a surface much smaller than the other's pixels nothing would be left.
+    constexpr int kMinSide = 32;  // px: of a surface much smaller than the other's pixels, nothing would be left.
     if (std::min(side_a, side_b) >= std::min({kMinSide, sizes.a, sizes.b})) return {side_a, side_b};
   }
   sizes.a = sizes.b = std::min(sizes.a, sizes.b);

@@ -12,7 +12,7 @@ namespace {
 constexpr int kShifts = 8;         // Along a side.
 constexpr double kLocal_px = 4.0;  // Sigma of the local mean.
 constexpr double kMinTexels = 64;  ///< Fewer texels give no correlation.
-constexpr int kMostSide = 256;     // Of larger ones every so many pixels count.
+constexpr int kMostSide = 256;     // Larger pictures are sampled at every so many pixels.
 
 /// Lightness over its local mean; 0 outside the mask.
 ImageF detail_of(const ColorStack& stack, std::size_t time, const ImageU8& mask) {

@@ -42,7 +42,7 @@ struct GroupDifference {
   double gap = 0.0;       ///< What `between` has more than both, in squares; 0 where it has less.
   double spread_a = 0.0;  ///< Standard deviation of one member: within_a / sqrt(2).
   double spread_b = 0.0;
-  double spread = 0.0;             ///< Of both, by their degrees of freedom.
+  double spread = 0.0;             ///< Spread of both, by their degrees of freedom.
   std::optional<double> effect;    ///< gap / spread, as Cohen's d; nothing where members of no side differ.
   std::optional<double> effect_a;  ///< gap / spread_a.
   std::optional<double> effect_b;

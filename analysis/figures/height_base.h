@@ -22,7 +22,7 @@ enum class HeightBase {
 /// What take_base() took.
 struct TakenBase {
   HeightBase kind = HeightBase::Mean;
-  double mean_mm = 0.0;  ///< Of the first time.
+  double mean_mm = 0.0;  ///< Mean of the first time.
   double tilt_mm = 0.0;  ///< How much higher the plane's highest texel lies than its lowest.
 };
 

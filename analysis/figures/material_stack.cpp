@@ -16,7 +16,7 @@ constexpr std::array<double, 3> kViews{15.0, 45.0, 60.0};  ///< Degrees from the
 constexpr std::array<double, 5> kLights{15.0, 30.0, 45.0, 60.0, 75.0};
 /// Degrees around the normal, from the plane of view.
 constexpr std::array<double, 3> kAround{0.0, 90.0, 180.0};
-constexpr double kMinRoughness = 0.05;  ///< As Lobe asks for.
+constexpr double kMinRoughness = 0.05;  ///< Least roughness as Lobe asks for.
 
 Vec3 direction(double from_normal, double around) {
   constexpr double kDegree = std::numbers::pi / 180.0;

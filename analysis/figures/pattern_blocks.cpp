@@ -12,7 +12,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr int kCoarse = 4;               ///< Pixels a side of the means that show no grain.
-constexpr int kMinCoarseSide = 16;       ///< Of a surface of such means: smaller ones say nothing.
+constexpr int kMinCoarseSide = 16;       ///< Least coarse side of a surface of such means: smaller ones say nothing.
 constexpr double kFeaturesABlock = 4.0;  ///< See docs/algorithms/compare.md.
 constexpr int kFewest = 3, kMost = 8;    ///< Blocks along a side (docs/algorithms/compare.md).
 

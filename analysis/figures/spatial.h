@@ -43,7 +43,7 @@ class SpatialStructure {
     std::vector<double> power;
   };
   struct Sums {
-    double count = 0.0, product = 0.0, sum = 0.0;  ///< Of pairs; the sum is over both texels.
+    double count = 0.0, product = 0.0, sum = 0.0;  ///< Sums over pairs; `sum` is over both texels.
   };
   void add_tiles(const ColorStack& stack, const ImageF& values, const ImageU8& mask, const BlockGrid& grid);
   void add_pairs(const ColorStack& stack, const ImageF& values, const ImageU8& mask, const BlockGrid& grid);

@@ -20,8 +20,8 @@ struct StackTime {
 
 /// One clock for the whole surface.
 struct TimeWarp {
-  std::vector<double> times;   ///< Of A.
-  std::vector<double> warped;  ///< Of B: what B shows then is nearest to what A shows; never falls.
+  std::vector<double> times;   ///< Times of A.
+  std::vector<double> warped;  ///< Times of B at which it shows what is nearest to A; they never fall.
   std::vector<double> before;  ///< Root mean square Delta E 1976 at equal times.
   std::vector<double> after;   ///< The same at the warped ones.
 };

@@ -13,10 +13,10 @@ namespace {
 
 constexpr double kScanStep = 0.3;              ///< Between one offset of a scan and the next.
 constexpr double kNoWay = 1e-6;                ///< Nearer to an end is at the end.
-constexpr double kMinExplained = 0.5;          ///< Of the variance: below, a quadratic is no description.
+constexpr double kMinExplained = 0.5;          ///< Share of the variance: below, a quadratic is no description.
 constexpr double kPointsPerCoefficient = 2.0;  ///< See docs/algorithms/fit.md.
 constexpr double kFlattest = 1e-9;             ///< Curvature, against the largest: flatter counts as this.
-constexpr double kSamePlace = 1e-9;            ///< Of a range; rounding.
+constexpr double kSamePlace = 1e-9;            ///< Share of a range; rounding.
 
 struct Quadratic {
   Eigen::MatrixXd curvature;  ///< In units of the box.

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kLargestStep = 0.5;     ///< Half of the box: beyond, reflection makes it uniform anyway.
 constexpr int kStaleGenerations = 8;     ///< And two for each dimension.
-constexpr double kSmallestScale = 1e-9;  ///< Of an axis, against a degenerate shape.
+constexpr double kSmallestScale = 1e-9;  ///< Share of an axis, against a degenerate shape.
 
 /// The mirror image in [0, 1].
 double reflected(double x) {

@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kFieldVersion = 1;  ///< Raised when the same input gives other fields or another report.
-constexpr int kMapSide = 360;              ///< Of a field on the page, px.
-constexpr int kShownSide = 200;            ///< Of a picture on the page, px.
+constexpr int kMapSide = 360;              ///< Map side of a field on the page, px.
+constexpr int kShownSide = 200;            ///< Shown side of a picture on the page, px.
 
 /// Masks alone, for have_same_charts().
 ColorStack masked(const ImageU8& mask) {

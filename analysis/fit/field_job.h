@@ -50,7 +50,7 @@ struct FieldTask {
   std::string model_name;                ///< For the report.
   std::filesystem::path history;         ///< Or a transfer.
   std::vector<FitParameter> parameters;  ///< At least one; between the ends of their ranges values may lie.
-  SurfaceOutline outline;                ///< Of the model.
+  SurfaceOutline outline;                ///< Outline of the model.
   ImageU8 coverage = {};                 ///< 0 / 255: where the atlas shows the model's surface.
   AgeWithFields age;
   /// The model's own file with these maps, beside it in kFieldFolder. @param folder  The output's.

@@ -46,8 +46,8 @@ struct FieldOutcome {
   FieldMisfits after;                     ///< With the fields.
   std::optional<double> last_frame = {};  ///< color_distribution of the last frame seen, held, at frames held out.
   std::vector<FoundField> fields;         ///< One a parameter.
-  std::vector<Picture> maps;              ///< Of the fields, with a `source`.
-  std::vector<Picture> pictures;          ///< Of frames, with a `source`.
+  std::vector<Picture> maps;              ///< Maps of the fields, with a `source`.
+  std::vector<Picture> pictures;          ///< Pictures of frames, with a `source`.
 };
 
 /// Writes report.html and report.json. @throws CannotComplete

@@ -69,7 +69,7 @@ struct FitTask {
   std::vector<FitTerm> terms;
   ObjectiveOptions objective;
   FitOptions options;
-  std::uint64_t seed = 0;  ///< Of the search.
+  std::uint64_t seed = 0;  ///< Seed of the search.
   std::function<void(JobInputs& inputs)>
       add_inputs;       ///< All that the models depend on beside their parameters' values.
   std::string command;  ///< What repeats it, for the report; no part of the key.
@@ -94,7 +94,7 @@ struct FitTask {
 /// The frames that no search saw, of one capture.
 struct HeldOutCapture {
   std::string name = {};
-  std::optional<double> before = {}, after = {}, last_frame = {};  ///< As in HeldOut.
+  std::optional<double> before = {}, after = {}, last_frame = {};  ///< Objectives as in HeldOut.
   std::string shown = {};                                          ///< "480 min", the time of the pictures.
 };
 
@@ -115,9 +115,9 @@ struct FitManifest {
   std::vector<std::pair<std::string, double>> terms;           ///< Figures of the objective with their weights.
   std::vector<std::pair<std::string, std::string>> comparing;  ///< ObjectiveOptions but `until`, as text.
   std::optional<HeldOutFrames> held_out;
-  std::vector<std::string> parameters, verdicts;  ///< As column_of() calls them.
+  std::vector<std::string> parameters, verdicts;  ///< Parameters and verdicts as column_of() calls them.
   std::vector<std::string> words;                 ///< What the scene calls them: "rule patina: rate".
-  std::vector<std::string> units;                 ///< Of the parameters; "" where one has none.
+  std::vector<std::string> units;                 ///< Units of the parameters; "" where one has none.
   std::vector<double> initial, best;
   double objective_before = 0.0, objective_after = 0.0;
   int evaluations = 0;

@@ -21,9 +21,9 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMaxTimes = 13;         // As in the comparison's section of colors.
-constexpr std::size_t kMaxContrastTimes = 9;  // As in that of structure.
-constexpr std::uint64_t kSampleSeed = 0;      ///< Of the places that are compared: the same in every fit.
+constexpr std::size_t kMaxTimes = 13;         // Most times, as in the comparison's section of colors.
+constexpr std::size_t kMaxContrastTimes = 9;  // Most times, as in that of structure.
+constexpr std::uint64_t kSampleSeed = 0;      ///< Seed of the places that are compared: the same in every fit.
 constexpr std::uint32_t kDeviationPurpose = 0xdef1;
 const std::vector<int> kOneBlock{1};
 
@@ -112,7 +112,7 @@ std::string joined(const std::vector<std::string>& names) {
 }  // namespace
 
 struct FitObjective::State {
-  std::vector<ControlFacts> control_facts;  ///< Of the captured side.
+  std::vector<ControlFacts> control_facts;  ///< Control facts of the captured side.
   std::vector<FitTerm> terms;
   ObjectiveOptions options;
   CommonTimes times;

@@ -49,7 +49,7 @@ struct ObjectiveOptions {
   /// Frames of the history after this time are held out, in its unit: what a fit is then asked for. Empty: none.
   std::optional<double> until = {};
   double visible_delta_e = 5.0;  ///< A change from here on is seen; Delta E 1976, > 0.
-  int num_classes = 5;           ///< Of a control; [1, 50].
+  int num_classes = 5;           ///< Number of classes of a control; [1, 50].
   /// Places of a time whose colors color_distribution compares, at most, always the same; [0, 65536], 0 = all.
   int samples = 0;
 };

@@ -61,7 +61,7 @@ std::vector<std::string> correlated_pairs(const FitTask& task, const FitOutcome&
 
 /// Those whose best value, or its interval, comes within a hundredth of an end of the range.
 std::vector<std::string> at_range_ends(const FitTask& task, const FitOutcome& o) {
-  constexpr double kAtEnd = 0.01;  // Of a range: a parameter nearer to its end lies at it.
+  constexpr double kAtEnd = 0.01;  // Share of a range: a parameter nearer to its end lies at it.
   std::vector<std::string> out;
   for (std::size_t i = 0; i < task.parameters.size(); ++i) {
     const auto is_inside = [](double at) { return at > kAtEnd && at < 1.0 - kAtEnd; };

@@ -38,7 +38,7 @@ struct RankingCase {
 [[nodiscard]] std::string case_text(const RankingCase& ranking_case);
 
 struct RankedModel {
-  std::string name = {};                     ///< Of its scene.
+  std::string name = {};                     ///< Name of its scene.
   std::vector<std::size_t> fits = {};        ///< One a case, in their order; indices of what was ranked.
   Estimate held_out = {};                    ///< Mean over the cases, each a mean over seeds of the simulation; 95 %.
   std::optional<Estimate> behind = {};       ///< How much farther than the first; nothing of the first itself.
@@ -49,7 +49,7 @@ struct Ranking {
   std::vector<RankingCase> cases = {};
   std::vector<RankedModel> models = {};   ///< The nearest first.
   std::optional<double> last_frame = {};  ///< Mean over the cases.
-  std::string unit = {};                  ///< Of the objective, where its figures have one.
+  std::string unit = {};                  ///< Unit of the objective, where its figures have one.
 };
 
 /// Means over seeds as estimates of what the model gives: intervals are Student's, for means over cases and for

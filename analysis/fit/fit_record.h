@@ -16,7 +16,7 @@ namespace patinate::analysis {
 
 /// One set of values and how far the surface was.
 struct FitPoint {
-  std::vector<double> values;  ///< Of all parameters, in order.
+  std::vector<double> values;  ///< Values of all parameters, in order.
   ObjectiveValue result;
   std::vector<std::optional<double>> captures = {};  ///< Objective of each; none where there is one.
 };

@@ -21,7 +21,7 @@ struct HeldOut {
   std::vector<std::optional<double>> other_seeds;  ///< The best values, another seed each.
   std::optional<double> last_frame;                ///< The history's last frame that was seen, held: no model at all.
   std::vector<HeldOutCapture> captures;            ///< Each by itself.
-  std::string time_unit = {};                      ///< Of the histories: all have one.
+  std::string time_unit = {};                      ///< Time unit of the histories: all have one.
 };
 
 struct FitOutcome {

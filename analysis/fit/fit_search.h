@@ -35,8 +35,8 @@ struct FitModel {
 /// How the parameters that need no aging are searched.
 struct AppearanceSearch {
   int num_appearance = 1;  ///< At most; 1: only the given values.
-  double step = 0.3;       ///< As EvolutionOptions.
-  int starts = 1;          ///< As MultiStartOptions.
+  double step = 0.3;       ///< Step as EvolutionOptions.
+  int starts = 1;          ///< Starts as MultiStartOptions.
   std::uint64_t item = 0;  ///< Its random numbers.
 };
 

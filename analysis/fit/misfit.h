@@ -16,7 +16,7 @@ inline constexpr const char* kMisfitSection = "misfit";
 
 /// How far each place's color is moved when the distribution of colors becomes the other one's, at some of the times.
 struct MisfitMaps {
-  std::vector<double> times = {};  ///< Of the pair's clock.
+  std::vector<double> times = {};  ///< Times of the pair's clock.
   std::vector<ImageF> moves = {};  ///< Delta E 1976 (sliced_moves()), at the captured surface's pixels.
   ImageU8 mask = {};
   std::string time_unit = {};

@@ -37,7 +37,7 @@ struct FieldColors {
 };
 
 struct PlaceFieldOptions {
-  int num_waves = 6;  ///< Of PlaceField, [1, 16].
+  int num_waves = 6;  ///< Number of waves of PlaceField, [1, 16].
   /// Weights of bending that are tried, Delta E^2, each > 0. The one is taken with which blocks of the surface that the
   /// search leaves out come nearest, and none (one number everywhere) where that is nearer still.
   std::vector<double> smoothness{1000.0, 100.0, 10.0, 1.0, 0.1};

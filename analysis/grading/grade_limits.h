@@ -18,7 +18,7 @@ namespace patinate::analysis {
 /// One line: `NAME <= VALUE at TIME UNIT` or `>=`. NAME is a scale or a figure; `gloss_60 retention` and `gloss
 /// retention` are percent of the unexposed surface's.
 struct GradeLimit {
-  std::string text;       ///< As it was written.
+  std::string text;       ///< Text as it was written.
   std::string name = {};  ///< Scale or figure.
   bool is_retention = false;
   bool is_at_most = true;

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMaxRows = 16;  // Of the page's tables; the CSV has all times.
+constexpr std::size_t kMaxRows = 16;  // Most rows of the page's tables; the CSV has all times.
 constexpr int kPictureSide_px = 900;
 
 /// Names of figures for people.

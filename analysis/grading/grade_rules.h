@@ -29,7 +29,7 @@ struct GradeScale {
 
 /// What counts as rust.
 struct RustRule {
-  double low_hue_deg = 20, high_hue_deg = 85;  ///< Of CIELAB, D65.
+  double low_hue_deg = 20, high_hue_deg = 85;  ///< Hues of CIELAB, D65.
   double least_chroma = 14;
   double most_lightness = 62;
   double least_change = 12;    ///< CIE 1976 difference from the unexposed surface.

@@ -14,7 +14,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMaxColors = 4096;  ///< Of a moment.
+constexpr std::size_t kMaxColors = 4096;  ///< Most colors of a moment.
 constexpr int kMinRings = 4;              ///< Two octaves that both spectra have.
 constexpr int kFarthestSlide = 4;         ///< Half-octaves.
 constexpr std::array<int, 1> kOnce{1};    ///< Everything is one block, which counts once.

@@ -20,8 +20,8 @@ struct SurfaceDescriptor {
   std::string name;
   std::vector<double> times;         ///< Moments evenly spread over its span; one for a photograph.
   std::vector<SortedColors> colors;  ///< At the moments.
-  std::vector<Spectrum> spectra;     ///< Of L* at the moments; without power where the surface is too small.
-  std::optional<double> pixel_mm;    ///< Of the spectra.
+  std::vector<Spectrum> spectra;     ///< Spectra of L* at the moments; without power where the surface is too small.
+  std::optional<double> pixel_mm;    ///< Pixel size of the spectra.
   /// When places that age visibly begin and end to, as shares of the span, sorted; empty where none does.
   std::vector<BlockValue> onset, saturation;
 };
@@ -43,7 +43,7 @@ struct Dissimilarity {
   /// two ages. Nothing for a photograph, or where neither ages.
   std::optional<double> rates;
   double total = 0.0;  ///< The parts in units in which each is a clear difference: kClearColors and so on, added.
-  double time = 0.0;   ///< Of the other: the moment that is nearest to a photograph; else its beginning.
+  double time = 0.0;   ///< Time of the other: the moment that is nearest to a photograph; else its beginning.
 };
 inline constexpr double kClearColors = 10.0;    ///< Delta E: another color to anybody.
 inline constexpr double kClearStructure = 1.0;  ///< Twice or half the power.

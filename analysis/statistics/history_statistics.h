@@ -34,7 +34,7 @@ struct TimeQuartiles {
 
 /// Dark lines of a frame (find_cracks()).
 struct CrackFigures {
-  double share = 0.0;    ///< Of the surface.
+  double share = 0.0;    ///< Share of the surface.
   double density = 0.0;  ///< Length of center lines on an area: per mm when is_metric, else per pixel looked at.
 };
 

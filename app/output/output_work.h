@@ -21,7 +21,7 @@ namespace patinate::app {
 
 /// One of several outputs, each made, and up to date, by itself: the picture of a time.
 struct OutputPiece {
-  std::vector<std::filesystem::path> files;  ///< Of its tiles, and what is written beside them.
+  std::vector<std::filesystem::path> files;  ///< Files of its tiles, and what is written beside them.
   std::string key;
   std::function<void(const RunControl& control)> make = {};  ///< Empty where the caller makes it.
 };
@@ -31,19 +31,19 @@ struct OutputPiece {
 /// What a movie is made of, picture by picture.
 struct MovieFrames {
   std::filesystem::path output;
-  std::string label;                                                   ///< Of progress.
-  std::string key;                                                     ///< Of the movie.
-  std::vector<std::string> keys;                                       ///< Of each picture.
+  std::string label;                                                   ///< Label of progress.
+  std::string key;                                                     ///< Key of the movie.
+  std::vector<std::string> keys;                                       ///< Keys of each picture.
   std::function<ImageU8(int index, const RunControl& control)> codes;  ///< sRGB codes.
   MovieOptions options;
 };
 
 /// Either one file (`make`), several (`pieces`) or a folder (`plan`).
 struct OutputWork {
-  std::filesystem::path output;         ///< As it was asked for.
-  std::string label;                    ///< Of progress: "export".
-  std::string key;                      ///< Of all that the output depends on.
-  std::string existing_key;             ///< Of what is there; of a single file alone.
+  std::filesystem::path output;         ///< Output as it was asked for.
+  std::string label;                    ///< Label of progress: "export".
+  std::string key;                      ///< Key of all that the output depends on.
+  std::string existing_key;             ///< Key of what is there; of a single file alone.
   std::vector<OutputFile> beside = {};  ///< What `make` writes beside it.
   std::function<void(const RunControl& control)> make = {};
   /// The same where it is one image, which need not become a file.

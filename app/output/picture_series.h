@@ -17,8 +17,8 @@ namespace patinate::app {
 
 /// Pictures at several times.
 struct PictureSeries {
-  std::string label;  ///< Of progress: "export".
-  std::string key;    ///< Of everything that the pictures depend on but the times.
+  std::string label;  ///< Label of progress: "export".
+  std::string key;    ///< Key of everything that the pictures depend on but the times.
   std::vector<double> times;
   std::function<ImageF(double time, const RunControl& control)> picture;
   /// Where they need not be in memory: the same picture as a file, and as the codes that a movie takes.

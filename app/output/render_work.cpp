@@ -55,7 +55,7 @@ class PictureStudio {
   Maps maps_;
   ImageF environment_;
   std::optional<SurfaceView> surface_;
-  double time_ = 0.0;  ///< Of surface_.
+  double time_ = 0.0;  ///< Time of surface_.
   std::optional<RenderView> color_;
   std::pair<double, double> seen_;  ///< Azimuth and elevation of color_.
 };

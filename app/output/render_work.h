@@ -50,7 +50,7 @@ struct RenderTask {
   ShownOptions shown;
   SurfaceOptions surface;
   ViewChoice views;
-  OutputDevices devices;  ///< Of a subject; no picture depends on them.
+  OutputDevices devices;  ///< Devices of a subject; no picture depends on them.
 
   [[nodiscard]] bool has_views() const { return !views.views.empty() || views.turntable; }
 };

@@ -8,7 +8,7 @@
 namespace patinate::app {
 
 struct Failure {
-  int code;             ///< Of the process: 1 could not do it, 2 the command line is wrong, 3 the input is wrong.
+  int code;             ///< Code of the process: 1 could not do it, 2 the command line is wrong, 3 the input is wrong.
   std::string message;  ///< For print_error().
 };
 

@@ -18,7 +18,7 @@ enum class PathKind {
   Factorization,
   Fit,
   Explanation,
-  Report,  ///< Of a comparison, of replicates, or an evaluation.
+  Report,  ///< Report of a comparison, of replicates, or an evaluation.
   Mesh,
   Image
 };

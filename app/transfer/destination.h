@@ -15,8 +15,8 @@ namespace patinate::app {
 
 struct Destination {
   std::shared_ptr<const AtlasMesh> atlas;  ///< In mm.
-  std::shared_ptr<const TexelMap> map;     ///< Of the same mesh.
-  std::optional<std::string> unit;         ///< Of the mesh file, when it is known.
+  std::shared_ptr<const TexelMap> map;     ///< Map of the same mesh.
+  std::optional<std::string> unit;         ///< Unit of the mesh file, when it is known.
   double mm_per_mesh_unit = 1.0;
   double texel_size_mm = 1.0;  ///< Surface length of one pixel of the history.
 };

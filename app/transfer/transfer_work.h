@@ -23,7 +23,7 @@ struct TransferRequest {
   MeshSource mesh;
   AtlasOptions atlas;
   bool is_resolution_given = false;  ///< Else it follows from the history's texel size, where that is known.
-  std::optional<double> texel_size_mm = std::nullopt;  ///< Of the history; not given: what it says.
+  std::optional<double> texel_size_mm = std::nullopt;  ///< Texel size of the history; not given: what it says.
   transfer::TransferOptions transfer;
   ControlKindOptions kinds;
   std::string flow = "gravity";       ///< One of kDirectionKindNames, or a file of curves.

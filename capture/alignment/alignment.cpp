@@ -29,8 +29,8 @@ constexpr int kPatch = 20;                  ///< Half side of the patches that m
 constexpr int kPatchStep = 16;              ///< px between patches of a refinement round.
 constexpr int kSearch = 5;                  ///< px that a patch is searched in each direction.
 constexpr double kPatchDistance_px = 1.5;   ///< Patches within it are fitted (docs/algorithms/alignment.md).
-constexpr double kMinCorrelation = 0.4;     ///< Of a patch.
-constexpr double kMinBend = 0.01;           ///< Of the correlation's peak, per square pixel.
+constexpr double kMinCorrelation = 0.4;     ///< Share of a patch.
+constexpr double kMinBend = 0.01;           ///< Bend of the correlation's peak, per square pixel.
 
 cv::Mat as_mat(const ImageF& image) {
   return {image.height(), image.width(), CV_32FC(image.channels()), const_cast<float*>(image.data())};

@@ -12,7 +12,7 @@ class Mat;
 namespace patinate::capture {
 
 struct ScorePeak {
-  Eigen::Vector2i pixel;     ///< Of the largest score.
+  Eigen::Vector2i pixel;     ///< Pixel of the largest score.
   Eigen::Vector2d fraction;  ///< From there to the peak of a parabola through the nine scores around it: (-1, 1).
   double score = 0.0;
 };

@@ -17,7 +17,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr double kBorder = 0.03;    ///< Width of the border that is looked at, of the shorter side.
-constexpr int kOrder = 2;           ///< Of the light's course: a lamp's fall-off over a table.
+constexpr int kOrder = 2;           ///< Order of the light's course: a lamp's fall-off over a table.
 constexpr double kGrains = 5.0;     ///< Standard deviations that a pixel of the background may lie off.
 constexpr double kMinSpan = 0.03;   ///< Codes; eight of 255, what JPEG does to plain paper beside an edge.
 constexpr double kMaxSpan = 0.12;   ///< A border that needs more is not plain.

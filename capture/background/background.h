@@ -19,7 +19,7 @@ void describe(OptionVisitor& v, BackgroundOptions& o);
 struct BackgroundRule {
   enum class Kind { Off, Plain, Unchanging, Color };
   Kind kind = Kind::Off;
-  std::array<float, 3> color{};  ///< Of Color: sRGB codes, [0, 1].
+  std::array<float, 3> color{};  ///< Color of Color: sRGB codes, [0, 1].
 };
 /// @throws InvalidInput that lists what there is.
 [[nodiscard]] BackgroundRule background_rule(const std::string& text);

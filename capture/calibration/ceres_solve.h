@@ -30,7 +30,7 @@ struct Information {
   double condition = 0.0;      ///< The reciprocal condition.
   Eigen::MatrixXd covariance;  ///< For residuals of unit variance; empty when undetermined.
   Eigen::VectorXd weakest;     ///< Unit vector, parameters scaled by the diagonal: what is known worst.
-  double sum_squares = 0.0;    ///< Of the residuals, without the loss.
+  double sum_squares = 0.0;    ///< Sum squares of the residuals, without the loss.
   int num_residuals = 0;
   int num_parameters = 0;
 };

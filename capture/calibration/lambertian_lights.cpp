@@ -28,7 +28,7 @@ struct LambertianSolution {
   bool has_converged = false;
   double sigma = 0.0;
   Information information;  ///< Position and strength of each light in turn, then ambient and vignetting where fitted.
-  std::vector<double> rms;  ///< Of each light.
+  std::vector<double> rms;  ///< Rms of each light.
 };
 
 constexpr double kMinSigma = 1e-9;  ///< Exact values have no scale of their own.

@@ -248,7 +248,7 @@ std::string highlight_status_text(HighlightStatus status) {
 }
 
 Highlight find_highlight(const ImageF& photo, const Camera& camera, const Vec3& center, double radius) {
-  constexpr double kRim = 0.97;          // Of the sphere's radius: its outline is mixed with what is behind.
+  constexpr double kRim = 0.97;          // Share of the sphere's radius: its outline is mixed with what is behind.
   constexpr float kMinContrast = 0.02f;  // Linear, of full scale: less is noise of an 8-bit picture.
   // A second highlight of this share of the first one's light makes the first ambiguous.
   constexpr double kSimilar = 0.4;

@@ -27,7 +27,7 @@ enum class ResponseStatus {
 
 struct ResponseCurve {
   ResponseStatus status = ResponseStatus::Undetermined;
-  std::array<double, 256> linear{};  ///< Of each code; rising, linear[255] = 1.
+  std::array<double, 256> linear{};  ///< Linear value of each code; rising, linear[255] = 1.
   int low_code = 0;                  ///< Codes that the photographs show.
   int high_code = 255;
   Response closest;          ///< sRGB, linear or the best gamma.

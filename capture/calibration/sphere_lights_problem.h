@@ -11,7 +11,7 @@ namespace patinate::capture {
 
 /// What is refined, and where it starts.
 struct SphereLightProblem {
-  std::vector<Vec3> centers;  ///< Of the spheres.
+  std::vector<Vec3> centers;  ///< Centers of the spheres.
   std::vector<Vec3> lights;   ///< Positions, or unit directions.
   std::vector<bool> is_near;  ///< As long as lights.
   std::vector<bool> is_used;  ///< Lights that a sphere shows.
@@ -19,8 +19,8 @@ struct SphereLightProblem {
 struct SphereLightSolution {
   bool has_converged = false;
   bool is_determined = false;                ///< Whether a covariance exists.
-  std::vector<Eigen::Matrix3d> covariances;  ///< Of the lights.
-  std::vector<double> rms_px;                ///< Of each light's highlights.
+  std::vector<Eigen::Matrix3d> covariances;  ///< Covariances of the lights.
+  std::vector<double> rms_px;                ///< Rms of each light's highlights.
 };
 
 /// Refines `problem` in place.

@@ -43,8 +43,8 @@ struct ChartCamera {
 
 /// Light of one photograph.
 struct ChartLight {
-  Color3 gain{1.0, 1.0, 1.0};           ///< Of the sensor's channels; those of the first photograph are 1.
-  double slope_x = 0.0, slope_y = 0.0;  ///< Of the logarithm of light over the chart, by half diagonals.
+  Color3 gain{1.0, 1.0, 1.0};           ///< Gain of the sensor's channels; those of the first photograph are 1.
+  double slope_x = 0.0, slope_y = 0.0;  ///< Slopes of the logarithm of light over the chart, by half diagonals.
   double radius2 = 0.0;                 ///< Mean squared distance of the chart from the middle, in half diagonals.
 };
 

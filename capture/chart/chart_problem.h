@@ -23,7 +23,7 @@ struct ChartUnknowns {
   std::array<double, 6> mix{};       ///< The sensor's matrix without its diagonal, row by row.
   std::array<double, 9> color{};     ///< Row by row.
   Color3 field{};                    ///< Vignetting, and the slope of the light in x and y that all photographs share.
-  std::vector<Color3> misfits = {};  ///< Of each patch, in all photographs: what the matrix leaves of it.
+  std::vector<Color3> misfits = {};  ///< Misfits of each patch, in all photographs: what the matrix leaves of it.
   std::vector<std::array<double, 5>> lights = {};  ///< Logarithms of gains, and what the slope has more.
 };
 

@@ -18,10 +18,10 @@ namespace {
 constexpr double kBlur_px = 1.2;                                     ///< Takes a camera's grain to a fifth.
 constexpr std::array<double, 5> kEdges{4.0, 8.0, 16.0, 32.0, 64.0};  ///< Codes of 255 by two pixels that bound a patch.
 constexpr double kMinSide_px = 6.0;                                  ///< Of a patch, without its blurred border.
-constexpr double kLargestShare = 0.03;  ///< Of the picture: 24 patches fill three quarters of it.
-constexpr double kMinFilled = 0.8;      ///< Of the quad around a patch.
+constexpr double kLargestShare = 0.03;  ///< Share of the picture: 24 patches fill three quarters of it.
+constexpr double kMinFilled = 0.8;      ///< Share of the quad around a patch.
 constexpr double kLargestAspect = 1.8;  ///< A patch is a square, tilted by up to 55 degrees.
-constexpr double kSame = 0.35;          ///< Of a side: two quads of one patch.
+constexpr double kSame = 0.35;          ///< Share of a side: two quads of one patch.
 /// Distance of two middles over the side that is found: patches fill 0.87 of it, less the border that is blurred.
 constexpr double kMinStep = 1.02, kLargestStep = 2.2;
 constexpr double kSizeRatio = 1.6;       ///< Of neighbors.

@@ -125,7 +125,7 @@ ChartTable read_chart_table(const std::filesystem::path& file, ChartWhite white)
 }
 
 bool is_classic_layout(const ChartTable& table) {
-  constexpr double kNear = 0.2;  // Of the distance of two patches.
+  constexpr double kNear = 0.2;  // Share of the distance of two patches.
   if (table.size() != kClassic.size()) return false;
   for (std::size_t i = 0; i < table.size(); ++i) {
     const int index = static_cast<int>(i);

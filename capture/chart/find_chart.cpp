@@ -21,14 +21,14 @@ namespace patinate::capture {
 namespace {
 
 constexpr std::array<int, 2> kSides{1000, 2000};  ///< Longer side at which a photograph is looked at; then finer.
-constexpr double kBrightShare = 0.99;             ///< Of the values, below what becomes code 230.
+constexpr double kBrightShare = 0.99;             ///< Share of the values, below what becomes code 230.
 /// Linear value that the bright patches are scaled to before colors are compared.
 constexpr double kBright = 0.8;
 constexpr std::size_t kMinQuads = 10;  ///< That are seen; dark ones vanish in the frame.
 /// CIEDE2000 of the middle patch: wrong turns of the chart leave more than twice as much, whatever matrix is fitted.
 constexpr double kMaxError = 9.0;
-constexpr double kSampleRadius = 0.22;  ///< Of the distance of two patches: half of a patch.
-constexpr double kMaxBend = 0.1;        ///< Of the same: from there on samples may leave the patch.
+constexpr double kSampleRadius = 0.22;  ///< Share of the distance of two patches: half of a patch.
+constexpr double kMaxBend = 0.1;        ///< Share of the same: from there on samples may leave the patch.
 constexpr int kNumFits = 8;
 
 using Grid3 = Eigen::Matrix3d;

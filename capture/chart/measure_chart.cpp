@@ -12,8 +12,8 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kPatchRadius = 0.22;  ///< Of the distance to the next patch, whose half side is 0.43 of it.
-constexpr double kMaxSaturated = 0.1;  ///< Of a patch's pixels: no more are left out of a mean at its bright end.
+constexpr double kPatchRadius = 0.22;  ///< Share of the distance to the next patch, whose half side is 0.43 of it.
+constexpr double kMaxSaturated = 0.1;  ///< Share of a patch's pixels: no more are left out of a mean at its bright end.
 constexpr double kLeastPixels = 12.0;  ///< Of a sample.
 /// Relative difference of a quarter of a patch. Light that falls by half over the whole chart changes a patch by a
 /// tenth of this.

@@ -26,7 +26,7 @@ struct PatchLight {
 /// The chart in one photograph; patches as the table has them.
 struct ChartSight {
   std::vector<PatchLight> patches = {};
-  std::string problem = "";  ///< As ChartPlace has it; patches are then not to be used.
+  std::string problem = "";  ///< Problem as ChartPlace has it; patches are then not to be used.
 };
 
 /// What a photograph's codes are.

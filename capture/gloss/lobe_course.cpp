@@ -18,7 +18,7 @@ constexpr double kUsualRoughness = 0.5, kUsualStrength = 0.04, kUsualSpread = 1.
 constexpr int kBlock = 4;  ///< Tiles along a block whose rests are looked at together.
 constexpr double kMinStrength = 1e-4, kMaxStrength = 3.0;
 constexpr double kSignificant = 30.0;  ///< Of chi-square, 5.5 standard deviations: as among relit materials.
-constexpr int kMinTiles = 8;           ///< Of a photograph that counts.
+constexpr int kMinTiles = 8;           ///< Least tiles of a photograph that counts.
 constexpr int kCourseRounds = 5, kMostSteps = 30;
 constexpr double kNearFrames = 3.0;  ///< Photographs within which a tile keeps its albedo, under a lamp that moves.
 const double kNodeStep = std::log(kLastRoughness / kFirstRoughness) / (kNumLobeNodes - 1);
@@ -349,7 +349,7 @@ class CourseFit {
   std::vector<Eigen::VectorXd> own_;     ///< What a tile's albedo is above the material's.
   std::vector<Eigen::VectorXd> rest_;
   std::map<int, double> last_;
-  double variance_ = 1e-4;  ///< Of a tile.
+  double variance_ = 1e-4;  ///< Variance of a tile.
   double noise_ = 1e-4;     ///< By which chi-square counts: tiles and photographs that tell the same count once.
 };
 

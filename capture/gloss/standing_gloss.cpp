@@ -16,7 +16,7 @@ namespace {
 constexpr int kTilesAlong = 32;           ///< The longer side.
 constexpr int kMinTilePx = 4;             ///< px; smaller tiles hold noise.
 constexpr double kMinOfTile = 0.3;        ///< Share of a tile's pixels that must be of the material.
-constexpr double kMaxUnknown = 0.1;       ///< Of a tile's pixels that may be saturated.
+constexpr double kMaxUnknown = 0.1;       ///< Share of a tile's pixels that may be saturated.
 constexpr int kLobesOfTile = 9;           ///< So many of its pixels tell a tile's lobe.
 constexpr double kMember = 0.6;           ///< Share from which a pixel tells of a material.
 constexpr std::size_t kMaxMaterials = 4;  ///< Classes of color (docs/algorithms/gloss.md).

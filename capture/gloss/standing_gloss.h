@@ -18,7 +18,7 @@ namespace patinate::capture {
 struct GlossMaterial {
   Vec3 color = Vec3::Zero();        ///< Of albedo: shares of red and green, and a little of lightness.
   std::optional<Vec3> albedo = {};  ///< Its mean; not known where all is taken for one material.
-  double share = 0.0;               ///< Of the pixels of all photographs.
+  double share = 0.0;               ///< Share of the pixels of all photographs.
   bool is_metallic = false;         ///< Its lobe has a color, or reflects more than minerals do.
   LobeCourse course = {};           ///< Of what is_told is false, no highlight is taken off.
 };

@@ -23,7 +23,7 @@ constexpr int kSearch = 6;               ///< px that a patch is searched in eac
 constexpr int kMinStep = 12;             ///< Least px between patches.
 constexpr int kMostSteps = 24;           ///< Over the longer side.
 constexpr double kMinCorrelation = 0.5;  ///< Normalized correlation that a patch needs to be found.
-constexpr double kMinBend = 0.01;        ///< Of the correlation's peak, per square pixel.
+constexpr double kMinBend = 0.01;        ///< Bend of the correlation's peak, per square pixel.
 constexpr double kMinContrast = 4.0;     ///< Standard deviation in codes: an eighth of what is usual in the photograph.
 constexpr double kPatchInlier_px = 1.5;  ///< Distance within which patches agree, px of the matched size.
 
@@ -91,7 +91,7 @@ std::vector<PointMatch> match_patches(const PhotoFeatures& fixed, const PhotoFea
   cv::integral(usable / 255, counts, CV_32S);
   const Eigen::Matrix3d moving_fixed = fixed_moving.inverse();
   const int half = kPatch + kSearch, step = std::max(kMinStep, std::max(codes.cols, codes.rows) / kMostSteps);
-  constexpr double kMaxOutside = 0.15;  // Of a patch: its object may end there.
+  constexpr double kMaxOutside = 0.15;  // Share of a patch: its object may end there.
   const double least = (1.0 - kMaxOutside) * (2 * half + 1) * (2 * half + 1);
   std::vector<PointMatch> matches;
   for (int y = half; y < codes.rows - half; y += step) {
@@ -195,7 +195,7 @@ class SeriesMatcher {
     const PhotoSize& to = series_.sizes[b];
     if (!series_.are_marks_exact)
       return align_marks(a, b, shared, series_.model, mark_error_px(std::max(to.width, to.height)));
-    constexpr double kExact_px = 0.25, kMaxCarried = 0.01;  // Of the longer side.
+    constexpr double kExact_px = 0.25, kMaxCarried = 0.01;  // Share of the longer side.
     PhotoPair pair = align_marks(a, b, shared, series_.model, kExact_px);
     if (pair.is_accepted) {
       pair.is_accepted = carried_error_px(pair, from.width, from.height) < kMaxCarried * std::max(to.width, to.height);

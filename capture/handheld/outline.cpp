@@ -19,9 +19,9 @@ using Eigen::Vector2d;
 constexpr std::size_t kNumPoints = 400;             ///< Points along an outline (docs/algorithms/handheld.md).
 constexpr int kNumTurns = 72;                       ///< Starts, every 5 degrees (docs/algorithms/handheld.md).
 constexpr int kCoarseRounds = 6, kFineRounds = 40;  ///< Rounds of a start, and of the best one.
-constexpr std::size_t kNumRefined = 8;              ///< Of the distinct turns, those that fit best first.
+constexpr std::size_t kNumRefined = 8;              ///< Distinct turns that are refined, those that fit best first.
 constexpr double kKept = 0.8;                       ///< Share of the points that count.
-constexpr double kNear = 0.015;                     ///< Of the object's size.
+constexpr double kNear = 0.015;                     ///< Share of the object's size.
 constexpr double kMinNear = 0.7;                    ///< Share of the points.
 constexpr double kOtherTurn_deg = 15.0;             ///< Beyond which it is another one.
 constexpr double kClearly = 2.0;                    ///< Times worse the next turn must be.
@@ -29,7 +29,7 @@ constexpr double kMaxCut = 0.4;                     ///< Share of an outline tha
 constexpr double kHoleNear =
     0.04;  ///< Of the object's size. These three: chosen on a rusting plate in four photographs.
 constexpr double kHoleSize = 1.5;   ///< Times as large, at most: a label next to where a hole should be is no hole.
-constexpr double kMinHole = 0.001;  ///< Of the object's area: less is grain.
+constexpr double kMinHole = 0.001;  ///< Share of the object's area: less is grain.
 constexpr double kRound =
     0.6;  ///< Area over that of a circle of the same perimeter; a square has 0.785, and pixels cost some.
 
@@ -230,7 +230,7 @@ PhotoOutline find_outline(const ImageU8& object, int width, int height) {
       lines.begin(), lines.end(), [](const auto& x, const auto& y) { return cv::contourArea(x) < cv::contourArea(y); });
   if (largest == lines.end()) return outline;
   const double area = cv::contourArea(*largest);
-  constexpr double kMinArea = 0.005;  // Of the photograph.
+  constexpr double kMinArea = 0.005;  // Share of the photograph.
   if (area < kMinArea * object.width() * object.height()) return outline;
   const std::vector<Vector2d> points = spaced(*largest);
   const double sx = static_cast<double>(width) / object.width(), sy = static_cast<double>(height) / object.height();

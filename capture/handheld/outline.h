@@ -11,12 +11,12 @@ namespace patinate::capture {
 
 /// The outer border of an object, evenly spaced along it.
 struct PhotoOutline {
-  int width = 0;  ///< Of the photograph.
+  int width = 0;  ///< Width of the photograph.
   int height = 0;
   std::vector<Eigen::Vector2d> points = {};   ///< Pixels of the photograph. None: there is no object that stands out.
   std::vector<Eigen::Vector2d> normals = {};  ///< Unit.
   double size_px = 0.0;                       ///< Square root of the area within.
-  double error_px = 1.0;                      ///< Of a point, along its normal.
+  double error_px = 1.0;                      ///< Error of a point, along its normal.
   /// A hole through the object: what the outline of a plate does not show, which of its turns is right.
   struct Hole {
     Eigen::Vector2d middle;

@@ -33,7 +33,7 @@ cv::Mat luminance_codes(const ImageF& color, double scale) {
 
 /// 128 = the local mean; 32 codes a local standard deviation.
 cv::Mat evened(const cv::Mat& light) {
-  constexpr double kFloor = 0.01;  // Of the mean light: what is darker holds noise.
+  constexpr double kFloor = 0.01;  // Share of the mean light: what is darker holds noise.
   cv::Mat log_light, mean, strength, codes;
   const double level = cv::mean(light)[0];
   cv::log(light + kFloor * level + 1e-9, log_light);

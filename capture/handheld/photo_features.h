@@ -18,7 +18,7 @@ inline constexpr int kFeatureSide = 1600;
 inline constexpr int kFeatureNumbers = 128;
 
 struct PhotoFeatures {
-  int width = 0;  ///< Of the photograph.
+  int width = 0;  ///< Width of the photograph.
   int height = 0;
   double scale = 1.0;                     ///< Pixels in which details were looked for, for one of the photograph; <= 1.
   std::vector<Eigen::Vector2d> points;    ///< Pixels of the photograph; pixel centers are whole numbers.

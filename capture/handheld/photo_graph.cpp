@@ -10,7 +10,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kMaxRounds = 40;        ///< Of least squares; five do as a rule.
+constexpr int kMaxRounds = 40;        ///< Most rounds of least squares; five do as a rule.
 constexpr double kCauchy = 2.0;       ///< Disagreements beyond so many errors count less.
 constexpr double kDropErrors = 4.0;   ///< A pair that disagrees by more of its errors ...
 constexpr double kDropMedians = 3.0;  ///< ... and of the median pair is wrong.

@@ -37,7 +37,7 @@ inline constexpr std::size_t kMaxKept = 80;
 /// How far right matches lie from where they belong, and where wrong ones may lie.
 struct MatchNoise {
   double inlier_px = 4.0;  ///< In b's pixels.
-  double area_px2 = 1.0;   ///< Of b, where a wrong match may lie.
+  double area_px2 = 1.0;   ///< Area of b, where a wrong match may lie.
 };
 
 /// Sets all of a pair but its photographs from matches some of which may be wrong: the view on which most agree, a

@@ -51,8 +51,8 @@ struct PixelRectangle {
 /// Geometry under the fixed camera.
 struct ScanSource {
   std::filesystem::path mesh;
-  double mm_per_unit = 1.0;  ///< Of the mesh and of the camera's translation: the project's `unit`.
-  Camera camera_mm;          ///< Of the photographs, before roi and scale; in a world of mm.
+  double mm_per_unit = 1.0;  ///< Mm per unit of the mesh and of the camera's translation: the project's `unit`.
+  Camera camera_mm;          ///< Camera of the photographs, before roi and scale; in a world of mm.
 };
 
 /// `kind: "fixed"`: a fixed camera under constant light. Every path is usable as it stands.
@@ -63,11 +63,11 @@ struct CaptureProject {
   std::string time_source;  ///< As FrameSources says them.
   std::string time_span;
   std::vector<HistoryWarning> time_warnings;
-  Response response;  ///< Of codes; camera RAW and float images are light already.
+  Response response;  ///< Response of codes; camera RAW and float images are light already.
   bool has_raw_frames = false;
   std::vector<CapturePhoto> frames;  ///< Strictly increasing time; excluded ones are excluded.
   std::vector<int> excluded;         ///< Their numbers, as `exclude` has them; rising.
-  AlignSettings align;               ///< Of photographs that no fixed camera took.
+  AlignSettings align;               ///< Alignment of photographs that no fixed camera took.
   int reference = 0;                 ///< The frame whose pixels all others are laid over.
   int photo_width = 0;               ///< Size of every photograph; where they are laid over one, of that one.
   int photo_height = 0;
@@ -102,7 +102,7 @@ struct CaptureProject {
                                      const std::filesystem::path& file);
 /// Pixels of a photograph that are not as its file has them.
 struct ClippedPixels {
-  std::int64_t num_outside = 0;  ///< Of a color outside of Rec. 709; what was negative is 0.
+  std::int64_t num_outside = 0;  ///< Pixels of a color outside of Rec. 709; what was negative is 0.
   std::int64_t num_beyond = 0;   ///< Brighter than half floats hold; 65504 now.
 };
 /// Whether read_whole_photo() may clip it.

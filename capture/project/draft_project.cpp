@@ -233,7 +233,7 @@ class DraftText {
 struct Frames {
   std::string pattern;  ///< Empty: of several folders or formats, so that they are listed.
   std::vector<std::size_t> excluded;
-  std::vector<double> times;               ///< Of the group, in `unit`; empty: not known.
+  std::vector<double> times;               ///< Times of the group, in `unit`; empty: not known.
   std::optional<std::string> time_source;  ///< Nothing: an interval stands in.
   TimeUnit unit = TimeUnit::Seconds;
 };

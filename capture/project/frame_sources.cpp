@@ -28,7 +28,7 @@ struct SourceImage {
   fs::path file;
   int image = 0;
   std::optional<double> time;  ///< Given, in the project's unit.
-  int number = 0;              ///< As `exclude` counts.
+  int number = 0;              ///< Number as `exclude` counts.
   std::optional<Eigen::Matrix3d> transform = {};
 };
 

@@ -25,7 +25,7 @@ struct CapturePhoto {
   bool is_raw = false;          ///< Camera RAW: linear light that ends at 1.
   bool is_encoded = false;      ///< Its color is not sRGB codes or linear Rec. 709, as the file says.
   ImageFacts facts = {};        ///< What the file says of how it is to be seen.
-  ImageExposure exposure = {};  ///< As EXIF says it.
+  ImageExposure exposure = {};  ///< Exposure as EXIF says it.
   std::string said_time = {};   ///< What the file says alone, as photo_time_text(); "" of one of many images.
   int image = 0;                ///< Which image of the file.
   int width = 0;                ///< Pixels.
@@ -48,7 +48,7 @@ struct FrameSources {
   std::vector<CapturePhoto> photos;  ///< By strictly increasing time; one or more.
   std::string time_source;  ///< "interval", "list", "when the movie shows its images", "the movie's frame rate", or as
                             ///< FrameTimes says it.
-  std::string time_span = {};                      ///< As FrameTimes says it; "" where it has no dates.
+  std::string time_span = {};                      ///< Time span as FrameTimes says it; "" where it has no dates.
   std::vector<HistoryWarning> time_warnings = {};  ///< Where sources of times disagree.
   bool is_raw = false;                             ///< At least one of them is camera RAW.
   std::vector<int> excluded = {};                  ///< What `exclude` says; rising.

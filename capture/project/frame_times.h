@@ -16,7 +16,7 @@ namespace patinate::capture {
 /// A photograph as far as its time is concerned.
 struct DatedPhoto {
   std::filesystem::path file;
-  std::string date_time = "";  ///< As ImageInfo says them.
+  std::string date_time = "";  ///< Date time as ImageInfo says them.
   std::string digitized = "";
   bool is_kept = true;  ///< False: excluded; it only says when the series begins.
 };

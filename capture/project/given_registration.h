@@ -20,7 +20,7 @@ struct GivenScan {
 struct GivenScans {
   std::vector<GivenScan> scans;
   std::string reference;     ///< Name of the scan whose frame is common.
-  double mm_per_unit = 1.0;  ///< Of the scans' files.
+  double mm_per_unit = 1.0;  ///< Mm per unit of the scans' files.
 };
 /// @param mm_per_unit  Of the scans, where the registration does not say it. @throws IoError; also where nobody does.
 [[nodiscard]] GivenScans read_given_scans(const std::filesystem::path& file, std::optional<double> mm_per_unit);

@@ -27,7 +27,7 @@ struct PhotoPart {
   double y0 = 0.0;
   double width = 0.0;  ///< Pixels of the photograph; > 0.
   double height = 0.0;
-  int num_columns = 0;  ///< Of the image; >= 1.
+  int num_columns = 0;  ///< Number of columns of the image; >= 1.
   int num_rows = 0;
   [[nodiscard]] double step_x() const { return width / num_columns; }
   [[nodiscard]] double step_y() const { return height / num_rows; }

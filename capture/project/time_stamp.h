@@ -13,7 +13,7 @@ namespace patinate::capture {
 struct TimeStamp {
   std::int64_t clock_us = 0;           ///< Microseconds from 1970-01-01 00:00 of that clock on.
   std::int64_t resolution_us = 0;      ///< The time lies in [clock_us, clock_us + resolution_us); > 0.
-  std::optional<int> offset_min = {};  ///< Of the clock from UTC, where it is said.
+  std::optional<int> offset_min = {};  ///< Offset of the clock from UTC, where it is said.
 
   friend bool operator==(const TimeStamp&, const TimeStamp&) = default;
 };

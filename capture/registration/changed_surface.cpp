@@ -18,7 +18,7 @@ constexpr double kPartnerCosine = 0.5;  ///< Normals of partners: 60 degrees, as
 constexpr double kStaysWithin = 3.0;    ///< Deviations of the points' scatter,
 constexpr double kSpreadRank = 0.95, kSpreadOfNormal = 1.96;  ///< Of |distance|, in deviations of a normal one.
 constexpr int kPartRounds = 2;            ///< Few: a part that lies at one end would run off sideways.
-constexpr double kSmallestPart = 0.1;     ///< Of the surface: less than a tenth carries no pose.
+constexpr double kSmallestPart = 0.1;     ///< Share of the surface: less than a tenth carries no pose.
 constexpr std::size_t kMinPartners = 30;  ///< Fewer partners do not show a distribution of distances.
 constexpr std::int64_t kPartnersAChunk = 512;
 

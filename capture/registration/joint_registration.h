@@ -32,7 +32,7 @@ struct RegisteredScan {
   /// Of (rotation in radians, shift) about `center`; 0 for the reference. As in PairRegistration, and what the pose
   /// would move by were the changed share misjudged, where it overlaps with the reference.
   Matrix6 covariance = Matrix6::Zero();
-  double staying = 1.0;        ///< As in PairRegistration, since the reference; 1 where the two do not overlap.
+  double staying = 1.0;        ///< Staying as in PairRegistration, since the reference; 1 where the two do not overlap.
   Vec3 center = Vec3::Zero();  ///< The scan's middle in the reference's frame.
   std::vector<UnconstrainedDof> unconstrained_dofs;  ///< In the reference's frame.
   bool is_found_by_search = false;
@@ -45,7 +45,7 @@ struct JointRegistration {
   double largest_closure = 0.0;
   double median_closure_deg = 0.0;
   double median_closure = 0.0;
-  int num_rounds = 0;  ///< Of finding partners again and solving.
+  int num_rounds = 0;  ///< Number of rounds of finding partners again and solving.
 };
 
 /// Each scan is first registered to those that have a pose already, the reference first (from its initial pose, else

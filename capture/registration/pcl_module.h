@@ -15,7 +15,7 @@ struct PclTask {
   std::vector<std::array<float, 3>> target, source;
   std::array<float, 16> start{};  ///< target_from_source, column by column.
   double gate = 0.0;              ///< Largest distance of partners; > 0.
-  int num_neighbors = 20;         ///< Of a point, for its normal (Plane).
+  int num_neighbors = 20;         ///< Number of neighbors of a point, for its normal (Plane).
   int max_iterations = 0;
 };
 

@@ -70,8 +70,8 @@ class PointCells {
   double per_cell_;
   std::uint64_t mask_ = 0;
   std::vector<int> table_;    ///< Slot -> cell, -1 = free.
-  std::vector<Key> keys_;     ///< Of every cell.
-  std::vector<int> begin_;    ///< Of every cell, in order_; one more at the end.
+  std::vector<Key> keys_;     ///< Keys of every cell.
+  std::vector<int> begin_;    ///< Begin of every cell, in order_; one more at the end.
   std::vector<int> order_;    ///< Indices of points by cell.
   std::vector<Vec3> sorted_;  ///< The points in that order.
 };

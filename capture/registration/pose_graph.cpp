@@ -11,7 +11,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kFree = 1e-9;  ///< Of the largest eigenvalue.
+constexpr double kFree = 1e-9;  ///< Share of the largest eigenvalue.
 
 struct EdgeCost {
   Eigen::Matrix<double, 6, 6, Eigen::RowMajor> root;  ///< root^T root = information.

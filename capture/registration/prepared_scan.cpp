@@ -16,7 +16,7 @@ constexpr double kMinSurface =
     0.5;  ///< Share of places with a surfel, below which the points are noisier than they are apart:
 constexpr double kCoarser = 1.6;     ///< all scans are then made so much coarser,
 constexpr int kMaxCoarser = 6;       ///< so many times at most.
-constexpr double kTakenShare = 0.7;  ///< Of points that lie one spacing apart.
+constexpr double kTakenShare = 0.7;  ///< Share of points that lie one spacing apart.
 
 Vec3 mean_of(const std::vector<Vec3>& points) {
   Vec3 sum = Vec3::Zero();

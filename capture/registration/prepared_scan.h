@@ -39,7 +39,7 @@ class LinesOfSight {
   }
   std::optional<Vec3> scanner_;
   Vec3 u_, v_, w_;       ///< w towards the scanner.
-  double distance_ = 1;  ///< Of the middle of the points from the scanner.
+  double distance_ = 1;  ///< Distance of the middle of the points from the scanner.
   double cell_;
   std::unordered_map<std::uint64_t, Depths> cells_;
 };

@@ -35,7 +35,7 @@ namespace {
 
 struct RegistrationPictureOptions {
   int panel_px = 520;      ///< Width and height of each of the four panels; [64, 4096].
-  double turn_deg = 25.0;  ///< Of the view about the upright axis (y), from the first scan's line of sight.
+  double turn_deg = 25.0;  ///< Turn of the view about the upright axis (y), from the first scan's line of sight.
   double tilt_deg = 15.0;  ///< From above.
 };
 

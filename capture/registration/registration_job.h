@@ -18,7 +18,7 @@ struct RegistrationTask {
   std::vector<std::optional<RigidTransform>>
       initial;  ///< world from scan, in the files' unit: as many as files, or none.
   int reference = 0;
-  std::string unit;  ///< Of the files: "um", "mm", "cm", "m"; "" = not said.
+  std::string unit;  ///< Unit of the files: "um", "mm", "cm", "m"; "" = not said.
   RegistrationOptions options;
   bool accept_failed = false;  ///< Scans that could not be placed are excluded; without, they are an error.
   bool write_merged = false;   ///< merged.ply: all points in the reference's frame.

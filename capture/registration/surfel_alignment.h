@@ -75,7 +75,7 @@ struct SurfelAlignment {
   RigidTransform target_from_source;
   PairSums sums;
   double residual_scale = 0.0;   ///< Robust standard deviation of r.
-  double median_residual = 0.0;  ///< Of |r|, over all partners.
+  double median_residual = 0.0;  ///< Median residual of |r|, over all partners.
   double gate = 0.0;
   double last_step = 0.0;
   int num_iterations = 0;

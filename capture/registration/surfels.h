@@ -20,10 +20,10 @@ namespace patinate::capture {
 struct Surfel {
   Vec3 position;      ///< On the plane fitted to the points around.
   Vec3 normal;        ///< Unit; towards the scanner when that is known, else in no particular sense.
-  double variance;    ///< Of the points around off the plane; > 0.
+  double variance;    ///< Variance of the points around off the plane; > 0.
   double num_points;  ///< Effective number that the plane was fitted to (weights that sum to 1, squared and summed,
                       ///< inverted).
-  int point;          ///< Of the scan: the one it was made around.
+  int point;          ///< Point of the scan: the one it was made around.
   bool is_border;     ///< Its points lie to one side: the scan ends here. Never used as a partner.
 };
 

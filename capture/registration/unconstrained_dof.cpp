@@ -10,7 +10,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kSmall = 1e-3;      ///< Of a vector's length: shown as 0.
+constexpr double kSmall = 1e-3;      ///< Share of a vector's length: shown as 0.
 constexpr double kNoRotation = 0.1;  ///< Rotation part of a unit direction below which it is a shift.
 
 std::string vector_text(const Vec3& v) {

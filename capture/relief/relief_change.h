@@ -33,7 +33,7 @@ void describe(OptionVisitor& v, ReliefOptions& o);
 struct VolumeChange {
   double mm3 = 0.0;
   double stddev_mm3 = 0.0;
-  double area_mm2 = 0.0;  ///< Of the surface that it is taken over.
+  double area_mm2 = 0.0;  ///< Area of the surface that it is taken over.
 };
 
 /// One scan against the reference. Images are of the view's size.
@@ -44,22 +44,22 @@ struct ReliefChange {
   ImageU8 changed;                     ///< 255 where the change is significant.
   RigidTransform reference_from_scan;  ///< The given one, corrected by the stable surface.
   double moved_mm = 0.0;               ///< By that correction, along the normal, root mean square.
-  double stable_share = 0.0;           ///< Of what may be stable: the share that shows no change.
+  double stable_share = 0.0;           ///< Stable share of what may be stable: the share that shows no change.
   int num_dofs = 0;                    ///< That the heights constrain.
   double noise_factor = 1.0;           ///< Deviations are so many times what points scatter about their planes.
   double pose_stddev_mm = 0.0;         ///< Part of the deviation: the scan's place; root mean square.
   /// Part of the deviation: what stays on the mean of blocks of stable surface, more than noise; nothing where there
   /// are less than 8 blocks.
   std::optional<double> systematic_mm;
-  double measured_share = 0.0;  ///< Of the reference's places.
-  double changed_share = 0.0;   ///< Of the measured area.
+  double measured_share = 0.0;  ///< Measured share of the reference's places.
+  double changed_share = 0.0;   ///< Changed share of the measured area.
   VolumeChange net;             ///< Over all that is measured.
   VolumeChange gained, lost;    ///< Over what has changed up and down; lost.mm3 <= 0.
 };
 
 struct Relief {
   ReliefView view;
-  double window_mm = 0.0;  ///< As used.
+  double window_mm = 0.0;  ///< Window as used.
   double reach_mm = 0.0;
   ImageF position_mm, normal;         ///< Of the reference, in its frame; 0 where there is no surface.
   ImageU8 surface;                    ///< 255 where there is.

@@ -17,7 +17,7 @@ namespace patinate::capture {
 struct LocalHeight {
   double height = 0.0;    ///< Along the direction, from the place.
   double variance = 0.0;  ///< Of it, from what the points leave of the plane; > 0.
-  Vec3 normal;            ///< Of the plane, unit, on the side that the direction points to.
+  Vec3 normal;            ///< Normal of the plane, unit, on the side that the direction points to.
   int num_points = 0;
 };
 
@@ -63,7 +63,7 @@ struct ReliefView {
 struct ReliefPlace {
   int x = 0, y = 0;       ///< Of the view.
   Vec3 position, normal;  ///< In the scan's frame; the normal on the viewer's side.
-  double area = 0.0;      ///< Of the surface within the pixel.
+  double area = 0.0;      ///< Area of the surface within the pixel.
 };
 
 /// The topmost surface that the view sees, where a plane through the points within `radius` is one; by rows.

@@ -29,7 +29,7 @@ constexpr double kIn95 = 1.96;  ///< Standard deviations on either side.
 constexpr int kDigits = 6;
 /// Less, and what has changed is so much that it may be what stayed: the larger of two parts is taken to have.
 constexpr double kMaxStays = 0.75;
-constexpr double kMinAgrees = 0.5;  ///< Of what is said to stay.
+constexpr double kMinAgrees = 0.5;  ///< Share of what is said to stay.
 constexpr double kMinMeasured = 0.5;
 constexpr int kPanel_px = 560;  ///< About the width of a picture on the page.
 constexpr int kLabel_px = 13;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kFewestPlaces = 12;  ///< Twice the six unknowns of a motion.
 constexpr int kDraws = 500;        ///< With 6 degrees of freedom and 0.6 unchanged, 23 of them are of unchanged places.
-constexpr int kFirstSteps = 2;     ///< Of concentration, for every draw.
+constexpr int kFirstSteps = 2;     ///< First steps of concentration, for every draw.
 constexpr int kLastSteps = 20;     ///< Concentration steps of the best starts [Rousseeuw and Van Driessen 2006].
 constexpr std::size_t kKept = 10;  ///< Draws that are followed to the end, as the source has it.
 constexpr int kRounds = 20;        ///< Rounds of places that agree; it ends earlier where they stay the same.

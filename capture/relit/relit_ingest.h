@@ -24,7 +24,7 @@ enum class RelitPoses { Joint, Each };
 /// Settings of plan_relit_ingest() that are not facts about the capture.
 struct RelitOptions {
   bool accept_failed = false;  ///< Leave steps that cannot be registered out of the history instead of stopping.
-  RegistrationOptions registration = {};  ///< Of steps without `transform`, from `initial` or as they lie.
+  RegistrationOptions registration = {};  ///< Registration of steps without `transform`, from `initial` or as they lie.
   bool heights = false;  ///< Frames have `height`: how much higher the step's scan stands than the reference's, mm.
   RelitPoses poses = RelitPoses::Joint;  ///< Joint needs all scans in memory; a step that is added moves all others.
   UnlightOptions unlight = {};

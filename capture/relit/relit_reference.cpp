@@ -16,8 +16,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kDefaultWidthShare = 0.02;  ///< Of the scan's diagonal, as accessibility of meshes.
-constexpr double kSpacingShare = 0.2;        ///< Of the width: distance between heights.
+constexpr double kDefaultWidthShare = 0.02;  ///< Share of the scan's diagonal, as accessibility of meshes.
+constexpr double kSpacingShare = 0.2;        ///< Share of the width: distance between heights.
 constexpr double kReached = 0.01;            ///< A light that reaches a smaller share of the surface is somewhere else.
 
 /// @throws IoError naming the light that stands behind the surface.

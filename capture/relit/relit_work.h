@@ -35,7 +35,7 @@ struct RelitRegistration {
   bool is_found_by_search = false;
   double stddev_deg = 0.0, stddev_mm = 0.0;  ///< Of the pose, as far as the surface that stayed may be misjudged, too.
   double staying = 1.0;                      ///< Share of the surface that lies where the reference's does.
-  std::vector<std::string> unconstrained_dofs = {};  ///< As text_of() says them.
+  std::vector<std::string> unconstrained_dofs = {};  ///< Unconstrained dofs as text_of() says them.
 };
 
 /// How a step's scan lies in the reference's frame.

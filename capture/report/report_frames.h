@@ -14,7 +14,7 @@
 
 namespace patinate::capture {
 
-inline constexpr int kThumbnailSide_px = 160;        ///< Of the longer side, at most.
+inline constexpr int kThumbnailSide_px = 160;        ///< Longer side of a thumbnail, at most.
 inline constexpr int kReportMapSide_px = 320;        ///< The same of a map.
 inline constexpr std::size_t kMaxThumbnails = 60;    ///< More frames are in the table alone.
 inline constexpr std::size_t kMaxMarkedFrames = 30;  ///< Of those, frames that are shown because a warning names them.
@@ -26,7 +26,7 @@ struct PixelSpan {
 
 struct ReportFrame {
   std::optional<std::array<double, 3>> lab = {};  ///< CIELAB of the mean color; nothing where all is masked.
-  double masked_share = 0.0;                      ///< Of the picture, by the frame's own mask.
+  double masked_share = 0.0;                      ///< Masked share of the picture, by the frame's own mask.
   std::optional<PixelSpan> masked_at = {};        ///< Where that lies.
   ImageF thumbnail = {};                          ///< Linear; empty where none was asked for.
   ImageF marks = {};  ///< As large, shares of the pixel: outside of the history's mask, out of view, masked otherwise.

@@ -22,10 +22,10 @@ struct ReportSeries {
   std::string one = "photograph";                      ///< What a frame is called: "photograph", "step".
   std::string masked = "saturated or in a highlight";  ///< Why a place is masked in a frame.
   std::string unseen = "out of view";                  ///< The same of places that its camera did not see; "" = none.
-  std::vector<std::string> names = {};                 ///< Of its photograph, or step.
+  std::vector<std::string> names = {};                 ///< Names of its photograph, or step.
   std::vector<double> times = {};                      ///< As many.
   std::vector<std::string> time_labels = {};           ///< The times as people read them.
-  std::string unit = {};                               ///< Of the times, as people read it.
+  std::string unit = {};                               ///< Unit of the times, as people read it.
   std::map<std::string, std::string> places = {};    ///< By the text of a warning: which part of the picture, if known.
   std::vector<HistoryWarning> warnings = {};         ///< The worst first.
   std::vector<std::vector<std::string>> found = {};  ///< What was found at each frame; none, or as many as frames.

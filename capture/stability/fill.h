@@ -32,7 +32,7 @@ struct FillPlan {
   Image<std::int32_t>
       white_from;  ///< Frame from which on a pixel is saturated to the end: it grew white; num_frames if never.
   std::vector<char> needs_fill;  ///< Per frame: some inside pixel must be filled.
-  double invalid_share = 0.0;    ///< Of all pixels of all frames.
+  double invalid_share = 0.0;    ///< Invalid share of all pixels of all frames.
 };
 
 /// Goes through the frames once, in order; memory does not depend on their number.

@@ -54,7 +54,7 @@ ImageF gain_of(const Eigen::VectorXd& coefficients, int order, int width, int he
                const RunControl& control) {
   ImageF gain(width, height);
   double mean = 0.0, num_inside = 0.0;
-  std::array<float, 2> range{std::numeric_limits<float>::max(), 0.0f};  // Of the light inside.
+  std::array<float, 2> range{std::numeric_limits<float>::max(), 0.0f};  // Range of the light inside.
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const double light =

@@ -19,7 +19,7 @@ constexpr std::array<double, 4> kWidths{0.04, 0.08, 0.16, 0.32};  ///< Noise of 
 constexpr double kEnoughPlaces = 0.25;                            ///< Share of the places that a window must hold.
 constexpr std::size_t kMaxCandidates = 400;                       ///< Ratios that are tried as the gain, evenly picked.
 constexpr int kCenteringRounds = 8;                               ///< Of centering on the places that share the gain.
-constexpr double kUnchangedVote = 0.5;                            ///< Of the commonest gain's share.
+constexpr double kUnchangedVote = 0.5;                            ///< Share of the commonest gain's share.
 
 bool is_shared(const Ratio& ratio, const Ratio& gain, double width) {
   for (std::size_t c = 0; c < 3; ++c) {

@@ -21,7 +21,7 @@ constexpr double kTrustedPeak = 0.8;  ///< A correlation as high as this needs n
 constexpr int kMaxIterations = 30;    ///< It ends earlier where the motion rests.
 constexpr double kConverged = 1e-3;   ///< Largest motion of a corner in the last step, px.
 constexpr double kReliable = 0.5;     ///< Similarity of a motion that can be trusted.
-constexpr double kMinShared = 0.1;    ///< Of the picture.
+constexpr double kMinShared = 0.1;    ///< Share of the picture.
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;

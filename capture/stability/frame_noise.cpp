@@ -20,7 +20,7 @@ constexpr double kJump = 6.0;     ///< Medians of the size: four standard deviat
 constexpr double kFastPart = 0.9925;
 /// Mean of sqrt(|x|) of a normal number of unit variance: 2^(1/4) Gamma(3/4) / sqrt(pi).
 constexpr double kRootMean = 0.82217;
-constexpr std::size_t kNumBins = 16;  ///< Of color, equally filled, for the course of the noise.
+constexpr std::size_t kNumBins = 16;  ///< Number of bins of color, equally filled, for the course of the noise.
 
 /// How much of the noise of three frames a frame's distance from the line between its neighbors has.
 double distance_spread(double before, double now, double after) {

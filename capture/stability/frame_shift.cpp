@@ -15,11 +15,11 @@ namespace patinate::capture {
 namespace {
 
 constexpr double kDetailSigma = 6.0;     ///< Coarser than this is lighting, not detail.
-constexpr int kCoarseSide = 128;         ///< Of PreparedFrame::light.
+constexpr int kCoarseSide = 128;         ///< Coarse side of PreparedFrame::light.
 constexpr double kClipDeviations = 4.0;  ///< Detail beyond so many deviations is a glint.
 constexpr double kPeakSigma = 0.9;       ///< Width of the correlation's peak, px.
 constexpr double kWhitening = 0.3;       ///< Frequencies weaker than this share of the mean count less.
-constexpr double kLargestShift = 0.25;   ///< Of each side.
+constexpr double kLargestShift = 0.25;   ///< Share of each side.
 constexpr int kNumParts = 6;             ///< Along each side.
 constexpr double kPartTexture = 0.25;    ///< A part with less than this share of the mean texture has no vote.
 constexpr double kFollows = 0.97;        ///< Error at s against error at -s, below which a part follows s.

@@ -14,17 +14,17 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kWhiteShare = 0.6;   ///< Of a window that is white material.
+constexpr double kWhiteShare = 0.6;   ///< Share of a window that is white material.
 constexpr int kMaxLookedFrames = 16;  ///< Photographs that are looked at, evenly picked.
 constexpr int kHighlightSide = 512;   ///< Pixels of the longer side at which the standing highlight is looked for.
 constexpr int kMinEarly = 2;          ///< Least number of early photographs.
 constexpr int kEarlyPart = 32;        ///< One in so many frames, the first ones: what grows is not there yet.
-constexpr double kMinCore = 0.016;    ///< Of the shorter side, across: wet grains glint in smaller spots.
+constexpr double kMinCore = 0.016;    ///< Share of the shorter side, across: wet grains glint in smaller spots.
 constexpr int kMedianRadius = 16;     ///< Pixels of the thinned picture in which a median over a wide window is taken.
 constexpr float kNearlySaturated =
     0.75f;                         ///< Of the saturated value, in the darkest channel: lossy files soften the plateau.
 constexpr float kClipped = 0.93f;  ///< Likewise, of what is surely clipped.
-constexpr double kMostlyClipped = 0.5, kPartlyClipped = 0.01;  ///< Of a core.
+constexpr double kMostlyClipped = 0.5, kPartlyClipped = 0.01;  ///< Share of a core.
 /// A sharp border blurs over a pixel or two. A skirt grows with its core: that of a Gaussian lobe, which would be 1.6
 /// times the saturated value high, is 0.4 of the core's half width over a ground of a fifth of it.
 constexpr double kMinSkirt_px = 3.0, kMinSkirt = 0.25;

@@ -14,7 +14,7 @@ namespace {
 enum class Kind { Moved, Exposed, New };
 constexpr std::array<Kind, 3> kKinds{Kind::Moved, Kind::Exposed, Kind::New};
 constexpr int kLongestRun = 3;  ///< More frames in a row are a part of the series rather than a mistake.
-constexpr int kMaxRuns = 64;    ///< Of more than one frame, whose pairs across are measured: 0.2 s each.
+constexpr int kMaxRuns = 64;    ///< Most runs of more than one frame, whose pairs across are measured: 0.2 s each.
 
 bool has(const FrameFinding& f, Kind kind) {
   if (kind == Kind::Moved) return f.is_shifted;

@@ -16,7 +16,7 @@ namespace {
 constexpr double kPairError = 0.05;     ///< Of a motion between equal pictures, px: detail that changed adds to it.
 constexpr double kIdentityError = 0.1;  ///< Of "did not move".
 constexpr double kFallbackError = 1e3;  ///< Of a frame that nothing ties: any other pair overrules it.
-constexpr int kReweightingRounds = 5;   ///< Of reweighting.
+constexpr int kReweightingRounds = 5;   ///< Rounds of reweighting.
 constexpr double kCauchy = 2.0;         ///< Disagreements beyond so many errors count less.
 
 using Corners = Eigen::Matrix<double, 2, 3>;

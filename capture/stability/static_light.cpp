@@ -21,8 +21,8 @@ constexpr std::size_t kMinWindows = 36;    ///< Inside the mask: five for each o
 constexpr double kExplained = 0.3;         ///< As find_uneven_light() asks for.
 constexpr double kLampAgrees = 0.7;        ///< The same.
 constexpr double kReflectionAgrees = 0.9;  ///< Both halves of the series (docs/algorithms/flat_field.md).
-constexpr double kSeen = 0.05;             ///< Of the mean light: less is no patch that one sees.
-constexpr double kInside = 0.9;            ///< Of the half sides.
+constexpr double kSeen = 0.05;             ///< Share of the mean light: less is no patch that one sees.
+constexpr double kInside = 0.9;            ///< Share of the half sides.
 constexpr double kNarrowest = 0.18;        ///< Half sides: a window is a sixth of one.
 constexpr double kTooMuch = 0.001;         ///< Of the samples: noise.
 

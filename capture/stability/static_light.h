@@ -34,8 +34,8 @@ struct LampReflection {
 struct StaticLight {
   std::optional<LampLight> lamp;
   std::optional<LampReflection> reflection;
-  double ratio = 1.0;  ///< Of the lamp over what is inside the mask, without the 2 % at either end; >= 1.
-  double mean = 1.0;   ///< Of the lamp there: albedo keeps the photographs' brightness.
+  double ratio = 1.0;  ///< Ratio of the lamp over what is inside the mask, without the 2 % at either end; >= 1.
+  double mean = 1.0;   ///< Mean of the lamp there: albedo keeps the photographs' brightness.
   [[nodiscard]] bool is_any() const { return lamp || reflection; }
 };
 

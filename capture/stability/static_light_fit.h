@@ -12,7 +12,7 @@ namespace patinate::capture {
 
 /// Mean light of a window in one frame and channel.
 struct WindowSeries {
-  std::vector<PicturePoint> places;         ///< Of the windows.
+  std::vector<PicturePoint> places;         ///< Places of the windows.
   std::vector<std::vector<double>> values;  ///< Per frame and channel one per window, > 0; NaN where not known.
 };
 

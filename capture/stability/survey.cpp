@@ -21,7 +21,7 @@ constexpr std::size_t kNearest = 3;        ///< On either side, for what a jump 
 constexpr double kNearestFactor = 0.75;    ///< Of jump_factor.
 /// Least change of correlation and of color (docs/algorithms/stability.md).
 constexpr double kJumpDetail = 0.1, kJumpSurface = 0.04;
-constexpr double kPlain = 0.5;  ///< Of the series's median contrast.
+constexpr double kPlain = 0.5;  ///< Share of the series's median contrast.
 constexpr double kSameColor =
     0.2;                        ///< Of the median log ratio: drying paint darkens by 0.15, a ripening banana by 0.4.
 constexpr double kAlike = 0.5;  ///< Similarity as they lie from where on two frames can be taken as not moved.

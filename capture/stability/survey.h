@@ -62,7 +62,7 @@ void mark_plain(FramePair& pair, double plain_contrast);
 
 /// What is wrong with a photograph against the one before.
 struct FrameFinding {
-  int frame = 0;      ///< Of the pair: the later one.
+  int frame = 0;      ///< Frame of the pair: the later one.
   int odd_frame = 0;  ///< Which one stands out; `frame`, until find_odd_frames() says otherwise.
   int against = 0;    ///< From which one that is seen: the other of the pair, or the last before a run of odd ones.
   bool is_shifted = false;

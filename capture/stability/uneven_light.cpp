@@ -15,12 +15,12 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kOrder = 4;                     ///< As FlatFieldOptions has it.
+constexpr int kOrder = 4;                     ///< Order as FlatFieldOptions has it.
 constexpr int kEvidenceOrder = 2;             ///< Where fewer pixels are compared: a higher degree follows the surface.
-constexpr double kLeastUsed = 0.25;           ///< Of what is inside the mask.
+constexpr double kLeastUsed = 0.25;           ///< Share of what is inside the mask.
 constexpr std::ptrdiff_t kFewestUsed = 60;    ///< Pixels: four for each of the 15 coefficients of the fourth degree.
 constexpr double kReplaced = 0.2;             ///< Change of a channel's logarithm that makes a pixel another surface.
-constexpr double kMinReplaced = 0.25;         ///< Of what is inside, for evidence.
+constexpr double kMinReplaced = 0.25;         ///< Share of what is inside, for evidence.
 constexpr double kSameDetail = 0.5;           ///< Correlation from which on the old surface shines through.
 constexpr double kMinDetail = 0.02;           ///< Standard deviation of logarithms: twice a photograph's noise.
 constexpr double kStayed = 0.7, kWent = 0.5;  ///< Share of common variance (docs/algorithms/flat_field.md).

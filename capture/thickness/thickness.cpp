@@ -18,7 +18,7 @@ namespace {
 
 constexpr float kWeak = 0.5f;         ///< Below it what is not the commonest value is the most.
 constexpr float kAsGood = 0.5f;       ///< A second mode that covers this part of the first competes with it.
-constexpr double kFewest = 0.001;     ///< Of the layer: fewer pixels with two modes are chance.
+constexpr double kFewest = 0.001;     ///< Share of the layer: fewer pixels with two modes are chance.
 constexpr double kExceptions = 0.05;  ///< Pixels that need not fit, of holes and of what lies beside them.
 constexpr double kGrowth = 1.5;       ///< From one window tried to the next.
 constexpr double kLayerSigmas = 6.0;  ///< A window that is as wide as the layer: three sigmas to either side.

@@ -8,8 +8,8 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kClear = 0.9;      ///< Of the brightest light: what lets this much through is no paint.
-constexpr double kMuchWeak = 0.05;  ///< Of the layer, from where on the 95th percentile of the error is spoiled.
+constexpr double kClear = 0.9;      ///< Share of the brightest light: what lets this much through is no paint.
+constexpr double kMuchWeak = 0.05;  ///< Share of the layer, from where on the 95th percentile of the error is spoiled.
 
 HistoryWarning hole_warning(const LayerEvidence& e, const std::string& photo) {
   const bool is_gone = e.hole_light >= kClear * e.brightest;

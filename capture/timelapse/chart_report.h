@@ -13,7 +13,7 @@ namespace patinate::capture {
 
 /// How the light of a photograph differs from that of the first one.
 struct ChartDrift {
-  int number = 0;         ///< Of the photograph, as `exclude` counts.
+  int number = 0;         ///< Number of the photograph, as `exclude` counts.
   double exposure = 1.0;  ///< Times as much light in its codes.
   double red = 1.0;       ///< Red over green, and blue over green.
   double blue = 1.0;

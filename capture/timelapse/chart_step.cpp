@@ -47,7 +47,7 @@ ChartSight look_at(const CaptureProject& project, std::size_t index) {
 struct SeriesChart {
   std::vector<ChartSight> sights;
   std::vector<std::size_t> used;  ///< Those without problems.
-  ChartFit fit;                   ///< Of `used`.
+  ChartFit fit;                   ///< Fit of `used`.
 };
 
 ChartFit fit_used(SeriesChart& series, const ChartTable& table) {

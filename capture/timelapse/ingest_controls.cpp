@@ -42,7 +42,7 @@ void write_progress(HistoryWriter& writer, const IngestWork& work, const fs::pat
   std::vector<double> times;
   for (const CapturePhoto& frame : work.project.frames) times.push_back(frame.time);
   const auto read_frame = [&](int i) { return read_color(folder / writer.manifest().frames[i].file); };
-  FrameDeviations deviations;  // Of photographs from one place: their noise, each pixel by itself.
+  FrameDeviations deviations;  // Deviations of photographs from one place: their noise, each pixel by itself.
   if (work.options.add_deviations) {
     deviations.read = [&](int i) {
       return read_channels(folder / HistoryWriter::frame_extra_file(i, "stddev"), frame_extra_channels("stddev"));

@@ -37,9 +37,9 @@ std::map<int, Json> by_number(const Json& photos) {
 struct PhotoNotes {
   std::map<int, Json> alignment, registered, patch;
   std::map<int, std::vector<std::string>> findings;
-  Json chart;                    ///< As read_chart() gives it.
+  Json chart;                    ///< Chart as read_chart() gives it.
   Json factors = Json::array();  ///< What --deflicker multiplied by; a frame each, or none.
-  std::string reference;         ///< Of the alignment.
+  std::string reference;         ///< Reference of the alignment.
 };
 
 PhotoNotes read_notes(const IngestWork& work, const fs::path& folder, const SurveyReport& survey) {

@@ -33,7 +33,7 @@ std::string exclude_text(const SurveyReport& survey, const std::vector<SurveyPho
 struct Group {
   std::vector<SurveyPhoto> photos;  ///< Each once.
   SurveyPhoto worst;
-  SurveyProblem problem;  ///< Of the worst.
+  SurveyProblem problem;  ///< Problem of the worst.
 
   [[nodiscard]] std::vector<std::string> names() const {
     std::vector<std::string> names;

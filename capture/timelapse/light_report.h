@@ -49,11 +49,11 @@ struct ExifExposureReport {
 };
 
 struct SeriesLight {
-  std::optional<UnevenLight> uneven;  ///< Of the finished frames: what repairs left.
+  std::optional<UnevenLight> uneven;  ///< Uneven light of the finished frames: what repairs left.
   std::optional<FlatFieldReport> flat_field;
   std::optional<DeflickerReport> deflicker;
   std::optional<StaticLight> static_light;  ///< What was taken out because it stayed while the surface was replaced.
-  std::optional<LayerWindow> layer_window;  ///< Of the thickness from transmitted light.
+  std::optional<LayerWindow> layer_window;  ///< Layer window of the thickness from transmitted light.
   std::optional<ExifExposureReport> exif;   ///< Where two photographs or more say it.
 };
 

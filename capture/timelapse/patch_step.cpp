@@ -24,8 +24,8 @@ namespace {
 
 constexpr std::int64_t kPatchVersion = 1;
 constexpr int kCells = 3;                ///< A side, for what one factor does not explain.
-constexpr double kMinPatchShown = 0.25;  ///< Of the patch.
-constexpr double kMaxSaturated = 0.1;    ///< Of what is shown.
+constexpr double kMinPatchShown = 0.25;  ///< Share of the patch.
+constexpr double kMaxSaturated = 0.1;    ///< Share of what is shown.
 constexpr double kMaxResidual = 0.03;    ///< Relative: a just noticeable step of a gray card.
 using Color = std::array<double, 3>;
 

@@ -44,7 +44,7 @@ inline constexpr const char* kSurveyFile = "survey.json";
 struct SurveyPhoto {
   std::string name;  ///< Without its folder; of a file with many images "copper.webp, image 57".
   double time = 0.0;
-  int number = 0;  ///< As `exclude` counts.
+  int number = 0;  ///< Number as `exclude` counts.
 };
 /// SurveyProblem::size of one that cannot be laid over its neighbor: worse than any jump.
 inline constexpr double kUnmatchedSize = 1e9;
@@ -79,7 +79,7 @@ struct SurveyReport {
   bool is_deflickered = false;
   std::optional<RestlessLight> restless_light;
   SeriesLight light;
-  double masked_share = 0.0;   ///< Of all pixels of all frames: saturated, highlight, out of view.
+  double masked_share = 0.0;   ///< Masked share of all pixels of all frames: saturated, highlight, out of view.
   double outside_share = 0.0;  ///< Of the pixels: not known in every frame, so outside the history's mask.
 };
 /// @throws IoError. A history without the file gives an empty report.

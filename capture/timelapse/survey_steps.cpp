@@ -146,7 +146,7 @@ std::vector<FramePair> pairs_across(const IngestWork& work, const fs::path& fold
 std::vector<FramePair> find_bridges(const IngestWork& work, const fs::path& folder,
                                     const std::vector<FramePair>& neighbors, std::vector<FramePair> pairs,
                                     const LinkTest& is_linked, const RunControl& control) {
-  constexpr int kMaxTried = 64;  // Of pairs: 0.2 s each; a series without any order is not worth more.
+  constexpr int kMaxTried = 64;  // Most pairs that are tried: 0.2 s each; a series without any order is not worth more.
   const RunControl quiet = control.silent();
   const int n = num_frames_of(work);
   std::vector<FramePair> bridges;

@@ -12,7 +12,7 @@ struct LeaveOneOutError {
   double rms =
       0.0;  ///< Root mean square of prediction minus photograph over samples that counted as clean, over their mean.
   double median = 0.0;  ///< Median of |prediction - photograph| / prediction over all lit samples, rejected ones too.
-  std::int64_t num_samples = 0;  ///< Of the median.
+  std::int64_t num_samples = 0;  ///< Number of samples of the median.
 };
 
 /// For each lamp, fits texels (up to 20,000 spread over the surface) without its sample, and renders that sample from

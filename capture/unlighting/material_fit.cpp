@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kMaxMaterials = 6;  ///< See docs/algorithms/materials.md.
 constexpr int kMaterialRounds = 12;       ///< See docs/algorithms/materials.md, step 1.
-constexpr double kMinShare = 0.01;        ///< Of the texels; smaller classes go to the others.
+constexpr double kMinShare = 0.01;        ///< Share of the texels; smaller classes go to the others.
 constexpr double kDistrust = 4.0;         ///< Chi-square counts a fourth: errors of the model are alike among samples.
 constexpr double kMaxOff = 60.0;          ///< Of one texel's chi-square: more says no more.
 constexpr double kNeighbor = 1.0;         ///< Weight of a neighbor of the same color.

@@ -16,7 +16,7 @@ namespace {
 
 struct Triple {
   std::array<int, 3> lamps;
-  Eigen::Matrix3d inverse;  ///< Of the lamps' directions as rows.
+  Eigen::Matrix3d inverse;  ///< Inverse of the lamps' directions as rows.
 };
 
 /// Triples far enough from a plane.

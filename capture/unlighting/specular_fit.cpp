@@ -50,7 +50,7 @@ ImageF tile_sums(const UnlightWork& work, const SpecularForm& form, const Unligh
 struct BestLobe {
   double strength = 0.0;
   double roughness = 0.0;
-  double gain = 0.0;  ///< Of chi-square.
+  double gain = 0.0;  ///< Gain of chi-square.
 };
 
 /// Of a tile, from its smoothed sums: the roughness that explains most, between those of the series by a parabola.

@@ -36,7 +36,7 @@ struct Tried {
   Highlights kind;
   /// Of a texel.
   struct Texel {
-    double cost = -1.0;                       ///< Of foretelling its lamps; negative where nothing is foretold.
+    double cost = -1.0;                       ///< Cost of predicting its lamps; negative where nothing is predicted.
     std::array<double, 3> albedo{}, share{};  ///< What is highlight_share().
   };
   std::vector<Texel> texels = {};

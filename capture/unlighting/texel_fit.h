@@ -15,7 +15,7 @@ struct TexelHighlight {
   double strength = 0.0;  ///< 0: none.
   double roughness = 0.5;
   SpecularForm form = {};
-  std::array<double, 3> tint{};  ///< Of each channel; their mean is 1.
+  std::array<double, 3> tint{};  ///< Tint of each channel; their mean is 1.
   Vec3 to_camera = Vec3(0, 0, 1);
   double freedom = 0.3;  ///< By which the texel's own highlight differs, as a share; standard deviation, > 0.
   double metal = 0.0;    ///< Share of metal, [0, 1]: what is metal has hardly any albedo.
@@ -40,7 +40,7 @@ struct TexelSamples {
   std::vector<double>
       ambient;  ///< Irradiance over pi that comes whatever the normal: from everywhere, and from the surface itself.
   std::vector<double> value;     ///< Photographed.
-  std::vector<double> variance;  ///< Of value, before the noise scale.
+  std::vector<double> variance;  ///< Variance of value, before the noise scale.
   TexelHighlight highlight;
   std::vector<SampleState>
       state;  ///< Clean to begin with where the sample may count; fit_texel() adds Darker and Brighter.
@@ -78,8 +78,8 @@ struct TexelFit {
   Vec3 normal = Vec3(0, 0, 1);
   double gain = 1.0;  ///< The texel's own highlight over the one that was given.
   int num_clean = 0;
-  double chi2 = 0.0;                ///< Of the clean samples, in noise_scale units.
-  double degrees_of_freedom = 0.0;  ///< Of chi2; the prior's share of the normal is none.
+  double chi2 = 0.0;                ///< Chi2 of the clean samples, in noise_scale units.
+  double degrees_of_freedom = 0.0;  ///< Degrees of freedom of chi2; the prior's share of the normal is none.
 };
 
 /// The highlight in one channel's value under a normal.

@@ -70,7 +70,7 @@ using Channels = Eigen::Matrix<double, 3, 1>;
 
 /// One lamp's part; unused channels are 0.
 struct LobeSample {
-  Eigen::Matrix<double, 3, 5> slope = Eigen::Matrix<double, 3, 5>::Zero();  ///< Of the values by the unknowns.
+  Eigen::Matrix<double, 3, 5> slope = Eigen::Matrix<double, 3, 5>::Zero();  ///< Slope of the values by the unknowns.
   Channels value = Channels::Zero();                                        ///< Less the diffuse light.
   Channels whole = Channels::Zero();   ///< With it, less what comes from all around.
   Channels off = Channels::Zero();     ///< Less the highlight of the last fit too.

@@ -27,7 +27,7 @@ struct UnlightStep {
   std::optional<std::filesystem::path> scan = {};
   std::optional<std::filesystem::path> mask = {};
   std::vector<std::string> notes = {};  ///< What was assumed, one line each.
-  int width = 0;                        ///< Of every photograph.
+  int width = 0;                        ///< Width of every photograph.
   int height = 0;
   bool is_gray = false;    ///< Every photograph has one channel.
   bool has_codes = false;  ///< Every photograph is of integers, which the response decodes.

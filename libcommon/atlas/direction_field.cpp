@@ -18,7 +18,7 @@ namespace {
 
 using Complex = std::complex<double>;
 constexpr double kUvWeight = 1e-4;     ///< Where nothing else is said, and enough for the solve to be definite.
-constexpr double kSmoothShare = 0.05;  ///< Of the mesh's diagonal: directions turn over this length.
+constexpr double kSmoothShare = 0.05;  ///< Share of the mesh's diagonal: directions turn over this length.
 
 /// A triangle's own axes, in which directions are complex numbers.
 struct TriangleAxes {

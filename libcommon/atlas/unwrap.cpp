@@ -19,7 +19,7 @@ namespace patinate {
 namespace {
 
 constexpr double kConeShare = 0.95;
-constexpr double kMinShare = 0.15;  ///< Of the smaller chart's border that must be shared: no chains of charts.
+constexpr double kMinShare = 0.15;  ///< Share of the smaller chart's border that must be shared: no chains of charts.
 constexpr int kMaxCandidates = 3;
 constexpr std::int64_t kMaxWork = 6;  ///< Triangles flattened in attempts, over triangles of the mesh.
 

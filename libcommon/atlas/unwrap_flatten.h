@@ -18,7 +18,7 @@ enum class FlatStatus {
 };
 
 struct FlatChart {
-  std::vector<int> triangles;     ///< Of the surface, ascending.
+  std::vector<int> triangles;     ///< Triangles of the surface, ascending.
   std::vector<Triangle> corners;  ///< Into points; as long as triangles.
   std::vector<Vec2> points;       ///< The chart's area is that on the surface.
   FlatStatus status = FlatStatus::Good;

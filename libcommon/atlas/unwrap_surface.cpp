@@ -13,7 +13,7 @@ namespace {
 constexpr double kFlattest = 1e-4;  ///< Height over longest side below which a triangle is given that height.
 constexpr double kNoNormal = 1e-6;  ///< Height over longest side below which rounding decides where a triangle faces.
 constexpr double kSmallest = 1e-9;  ///< Longest side, at unit area, below which a triangle is taken to be this large.
-constexpr double kNoArea = 1e-14;   ///< Of a connected piece, at unit area.
+constexpr double kNoArea = 1e-14;   ///< Share of a connected piece, at unit area.
 
 bool has_repeated_corner(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
 

@@ -20,7 +20,7 @@ struct UnwrapSurface {
   std::vector<Vec3> centroids;  ///< Per triangle.
   std::vector<double> areas;    ///< Per triangle; their sum is 1.
   std::vector<bool> is_point;   ///< Repeated corners, or part of a piece without area: gets one point of the atlas.
-  double area = 0.0;            ///< Of the mesh, in its own units.
+  double area = 0.0;            ///< Area of the mesh, in its own units.
 
   /// Whether a triangle has area and is no sliver that flat() widens.
   [[nodiscard]] bool has_shape(int triangle) const;

@@ -11,7 +11,7 @@ namespace patinate {
 
 namespace {
 
-constexpr double kDefaultScaleShare = 0.02;  ///< Of the bounding box's diagonal.
+constexpr double kDefaultScaleShare = 0.02;  ///< Share of the bounding box's diagonal.
 constexpr int kMaxCurvatureTriangles = 1'000'000;
 constexpr double kMinRangeTimesScale = 1e-3;
 

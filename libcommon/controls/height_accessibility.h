@@ -38,7 +38,7 @@ struct HeightAccessibility {
   HeightField field;  ///< `seen` where all three are known.
   double scale_mm = 0.0;
   std::array<AccessibilityDefinition, 3> definitions;
-  std::array<std::array<double, 3>, 3> correlation{};  ///< Of ranks, over the grid's pixels that are seen.
+  std::array<std::array<double, 3>, 3> correlation{};  ///< Correlation of ranks, over the grid's pixels that are seen.
 };
 
 /// The mean curvature of the height function that `viewer` sees (height_curvature()), and ray_share_map() and

@@ -5,7 +5,7 @@ namespace patinate {
 
 namespace {
 
-constexpr double kReachShare = 0.1;  ///< Of the bounding box's diagonal.
+constexpr double kReachShare = 0.1;  ///< Share of the bounding box's diagonal.
 
 }  // namespace
 

@@ -33,7 +33,7 @@ struct FileState {
 };
 
 struct Noted {
-  fs::path shown;  ///< As it was first named.
+  fs::path shown;  ///< Shown as it was first named.
   FileState state;
   bool is_forgotten = false;
 };

@@ -73,7 +73,7 @@ std::string with_member(std::string_view text, std::string_view name, std::strin
   scan.skip_blanks();
   if (scan.now() != '{') throw InvalidInput("a JSON object is needed to set \"" + std::string(name) + "\" in");
   scan.step();
-  std::size_t end = scan.at();  // Of the last member.
+  std::size_t end = scan.at();  // End of the last member.
   bool has_members = false;
   for (scan.skip_blanks(); scan.now() == '"'; scan.skip_blanks()) {
     const std::size_t key = scan.at();

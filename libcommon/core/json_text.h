@@ -12,7 +12,7 @@ namespace patinate {
 
 struct JsonTextLimits {
   int depth = 64;                 ///< Levels of arrays and objects; whoever walks or frees the value recurses so deep.
-  std::size_t members = 4096;     ///< Of one object: looking for one takes time with their number.
+  std::size_t members = 4096;     ///< Members of one object: looking for one takes time with their number.
   bool may_have_comments = true;  ///< `//` and `/* */`.
 };
 

@@ -22,7 +22,7 @@ class TimeLeft {
     double seconds = 0.0;
     double fraction = 0.0;
   };
-  double begin_ = 0.0;          ///< Of the first report.
+  double begin_ = 0.0;          ///< Begin of the first report.
   std::deque<Report> reports_;  ///< Those that progress is measured from: the first is the youngest beyond the window.
 };
 

@@ -39,9 +39,9 @@ class DeviceError : public CannotComplete {
 };
 
 struct DeviceInfo {
-  std::string name;      ///< As its driver calls it.
+  std::string name;      ///< Name as its driver calls it.
   std::string platform;  ///< The driver's.
-  std::string version;   ///< Of the platform: "OpenCL 3.0 PoCL 3.1".
+  std::string version;   ///< Version of the platform: "OpenCL 3.0 PoCL 3.1".
   std::string driver;    ///< Version.
   bool is_gpu = false;   ///< Else a processor or an accelerator.
   int num_units = 0;

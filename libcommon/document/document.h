@@ -36,7 +36,7 @@ enum class Presence {
 
 /// A text that not every text is.
 struct TextRule {
-  std::string_view pattern;  ///< As a regular expression of JSON Schema.
+  std::string_view pattern;  ///< Pattern as a regular expression of JSON Schema.
   int max_length;            ///< In characters.
   std::string expected;      ///< "a name of ...": for error messages.
   bool (*holds)(std::string_view text);
@@ -49,9 +49,9 @@ struct Member {
   Presence presence = Presence::Required;
   bool is_nullable = false;          ///< `null` stands for "not given", and is written for it.
   bool has_nulls = false;            ///< The same of the elements of a list.
-  const TextRule* rule = nullptr;    ///< Of a text, or of each text of a list.
-  std::size_t min_size = 0;          ///< Of a list.
-  std::size_t max_size = 1'000'000;  ///< Of a list.
+  const TextRule* rule = nullptr;    ///< Rule of a text, or of each text of a list.
+  std::size_t min_size = 0;          ///< Least size of a list.
+  std::size_t max_size = 1'000'000;  ///< Largest size of a list.
 };
 
 /// Visits every member of a document, for reading, writing or describing it.
@@ -201,7 +201,7 @@ class DocumentVisitor {
 struct DocumentKind {
   std::string_view format;  ///< "patinate.history"
   int version = 1;
-  std::string_view title;  ///< Of its schema.
+  std::string_view title;  ///< Title of its schema.
   std::string_view about;
   bool has_whole_numbers = false;  ///< 1.0 is written as 1, as a person would.
 };

@@ -44,7 +44,7 @@ class GeodesicDistance {
   [[nodiscard]] Arrival arrive(int triangle, int target, int from, int other, bool is_other_known) const;
 
   const Mesh& mesh_;
-  std::vector<Vec3> normals_;  // Of triangles.
+  std::vector<Vec3> normals_;  // Normals of triangles.
   std::vector<Arrival> arrivals_;
 };
 

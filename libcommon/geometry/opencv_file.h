@@ -28,7 +28,7 @@ class OpenCvFile {
  private:
   struct Value {
     std::string text;  ///< Numbers between blanks, commas and brackets; "?" when it is something else.
-    std::string rows;  ///< Of a matrix.
+    std::string rows;  ///< Rows of a matrix.
     std::string columns;
   };
   void read_yaml(std::string_view text);

@@ -17,7 +17,7 @@ inline constexpr double kMinTimeStep =
     1e-12;  ///< In the history's unit, and as a share of the span from the first to the last time.
 
 struct TimeProblem {
-  std::size_t index = 0;  ///< Of the first time that is wrong.
+  std::size_t index = 0;  ///< Index of the first time that is wrong.
   std::string text;       ///< "has time 3, not later than 3, the one before; ...".
 };
 /// Nothing when all are within +-kFarthestTime and each is later than the one before by kMinTimeStep at least.

@@ -175,7 +175,7 @@ ImageF sample_material_map(const History& history, MaterialMap map, double time,
                        (names.empty() ? "is nothing" : "is: " + names));
   }
   if (std::isnan(time)) throw InvalidInput("time: is not a number");
-  std::vector<double> times;  // Of the frames that have it.
+  std::vector<double> times;  // Times of the frames that have it.
   std::vector<int> indices;
   for (std::size_t i = 0; i < facts.frames.size(); ++i) {
     if (!has(facts.frames[i].extras, extra_of(map))) continue;

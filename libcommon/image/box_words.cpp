@@ -16,7 +16,7 @@ constexpr int kMaxBoxes = 100'000;
 /// A box of JPEG 2000 and HEIF.
 struct Box {
   std::string_view type;
-  std::uint64_t begin = 0, end = 0;  ///< Of its content.
+  std::uint64_t begin = 0, end = 0;  ///< Range of its content.
 };
 
 std::vector<Box> boxes_in(const FileBytes& file, std::uint64_t begin, std::uint64_t end) {

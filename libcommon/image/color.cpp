@@ -44,7 +44,7 @@ class CodeOfLinear {
   static constexpr int kShift = 16;    ///< 128 buckets an octave; the last octave has 68 codes.
   std::array<float, 255> edges_{};     ///< Half-way (in code) between codes: code k covers [edges[k - 1], edges[k]).
   std::uint32_t first_ = 0;            ///< Bucket of the first edge.
-  std::vector<std::uint8_t> code_of_;  ///< Of the least value of each bucket.
+  std::vector<std::uint8_t> code_of_;  ///< Code of the least value of each bucket.
 };
 
 const CodeOfLinear& code_table() {

@@ -16,7 +16,7 @@ namespace patinate {
 
 namespace {
 
-constexpr std::array<double, 3> kD50{0.9642, 1.0, 0.8249};  ///< As ICC profiles have it.
+constexpr std::array<double, 3> kD50{0.9642, 1.0, 0.8249};  ///< D50 as ICC profiles have it.
 
 std::array<double, 3> white_of(const Chromaticities& c) {
   const double x = c.xy[3][0], y = c.xy[3][1];

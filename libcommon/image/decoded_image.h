@@ -15,7 +15,7 @@ namespace patinate {
 /// All channels, color not multiplied by alpha.
 struct DecodedImage {
   ImageF values;                      ///< Codes scaled to [0, 1], or the file's values.
-  std::vector<std::string> channels;  ///< As stored, e.g. "R", "G", "B", "A".
+  std::vector<std::string> channels;  ///< Channels as stored, e.g. "R", "G", "B", "A".
   bool is_integer = true;             ///< Codes, which mean light only through a response; false: values are linear.
   std::string color_layer = {};       ///< As of ImageInfo; so are the others.
   std::shared_ptr<const ColorEncoding> encoding = {};

@@ -55,7 +55,7 @@ void sort_channels(std::vector<ExrChannel>& channels) {
 struct ColorLayer {
   int part = 0;
   std::string layer;               ///< With its dot.
-  std::vector<std::string> words;  ///< Of its part and layer, without views.
+  std::vector<std::string> words;  ///< Words of its part and layer, without views.
   bool is_luminance_chroma = false;
 
   [[nodiscard]] std::string name() const {

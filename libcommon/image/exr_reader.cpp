@@ -55,7 +55,7 @@ std::optional<std::string> read_name(std::istream& in) {
 
 /// What a header says of how much there is to be read.
 struct Extent {
-  std::int64_t width = 0, height = 0;            ///< Of the data window; 0 = not said.
+  std::int64_t width = 0, height = 0;            ///< Size of the data window; 0 = not said.
   std::int64_t tile_width = 0, tile_height = 0;  ///< 0 = rows.
   std::int64_t num_chunks = 0;
 };

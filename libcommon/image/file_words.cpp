@@ -20,7 +20,7 @@ namespace {
 
 using std::string_view_literals::operator""sv;
 
-constexpr int kMostPieces = 100'000;  ///< Of a file that is followed from piece to piece.
+constexpr int kMostPieces = 100'000;  ///< Most pieces of a file that is followed from piece to piece.
 constexpr std::size_t kLargestWords = std::size_t{64} << 20;
 
 /// A zlib stream, as far as it is no larger than words may be.

@@ -43,7 +43,7 @@ struct RowFormat {
   std::vector<std::string> channels = {"R", "G", "B"};  ///< Names in an EXR; other files have 1 or 3.
   ExrDepth depth = ExrDepth::Half;
   std::string key = "";   ///< Content key.
-  std::string unit = "";  ///< Of the values in an EXR, said by its header; "" = none.
+  std::string unit = "";  ///< Unit of the values in an EXR, said by its header; "" = none.
   int num_threads = 1;    ///< That compress an EXR's rows, kExrChunkRows each; > 0. No byte depends on it.
 };
 

@@ -79,9 +79,9 @@ struct EncodedFormat {
   bool has_facts = true;  ///< Who wrote it, a date that is none, and the key.
   std::string key = "";
   std::optional<ValueScale> scale = {};  ///< Of an EXR with facts.
-  std::string unit = "";                 ///< Of an EXR with facts whose values are not scaled.
+  std::string unit = "";                 ///< Unit of an EXR with facts whose values are not scaled.
   bool is_srgb = false;                  ///< Says so in a file without facts.
-  int png_level = 6;                     ///< Of zlib, [0, 9].
+  int png_level = 6;                     ///< PNG level of zlib, [0, 9].
   int num_threads = 1;                   ///< That compress an EXR's rows; > 0. The same bytes.
 };
 

@@ -170,8 +170,8 @@ std::optional<std::uint64_t> jpeg_height(const FileBytes& stream) {
 struct TiffStrips {
   std::uint64_t width = 0, height = 0, rows_per_strip = 0;
   std::uint64_t num_planes = 1;         ///< Each has strips of its own.
-  std::uint64_t samples_per_plane = 1;  ///< Of a pixel.
-  std::uint64_t bits = 1;               ///< Of a sample.
+  std::uint64_t samples_per_plane = 1;  ///< Samples per plane of a pixel.
+  std::uint64_t bits = 1;               ///< Bits of a sample.
   [[nodiscard]] std::uint64_t strips_per_plane() const { return (height + rows_per_strip - 1) / rows_per_strip; }
   [[nodiscard]] std::uint64_t last_rows() const { return height - (strips_per_plane() - 1) * rows_per_strip; }
   [[nodiscard]] std::uint64_t row_bytes() const { return (width * samples_per_plane * bits + 7) / 8; }

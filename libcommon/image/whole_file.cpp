@@ -42,7 +42,7 @@ std::int64_t big_endian(std::string_view bytes) {
   return value;
 }
 
-constexpr int kMostParts = 1'000'000;  ///< Of a file that is followed from part to part.
+constexpr int kMostParts = 1'000'000;  ///< Most parts of a file that is followed from part to part.
 
 /// Length, type, data and check sum of each chunk; the last one is IEND.
 bool is_png_cut(Bytes& file) {

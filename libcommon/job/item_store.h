@@ -44,7 +44,7 @@ class ItemStore {
 
   const JobPlan& plan_;
   std::filesystem::path path_;
-  std::set<std::string> names_;  ///< Of the folders that there are.
+  std::set<std::string> names_;  ///< Names of the folders that there are.
 };
 
 }  // namespace patinate

@@ -38,7 +38,7 @@ struct JobItem {
 
 /// One thing that a plan's key depends on, for saying why work is done again.
 struct JobDependency {
-  std::string name;  ///< As a user would say it: "photos/day07.jpg", "--spatial-sigma", "capture.json".
+  std::string name;  ///< Name as a user would say it: "photos/day07.jpg", "--spatial-sigma", "capture.json".
   std::string key;   ///< Content key, or the value itself when it is short.
 };
 
@@ -57,7 +57,7 @@ struct JobPlan {
   std::vector<std::filesystem::path> shared_work = {};
   /// Called last, after every item, with the folder: writes the manifest (with the key).
   std::function<void(const std::filesystem::path& folder, const RunControl& control)> join;
-  double join_weight = 1.0;     ///< Of `join`, as JobItem::weight.
+  double join_weight = 1.0;     ///< Join weight of `join`, as JobItem::weight.
   double weight_seconds = 0.0;  ///< Core seconds that a weight of 1 takes; 0 = not known.
 };
 

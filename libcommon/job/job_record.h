@@ -27,7 +27,7 @@ struct JobRecord {
   std::string key;  ///< The plan's; "" = there is no record.
   std::vector<JobDependency> depends_on;
   std::map<std::string, DoneItem> items;
-  std::map<std::string, std::string> joined = {};   ///< As DoneItem::files, of the files that no item made.
+  std::map<std::string, std::string> joined = {};   ///< Joined as DoneItem::files, of the files that no item made.
   std::map<std::string, std::uint64_t> bytes = {};  ///< Size of every file; empty in folders of earlier versions.
 };
 

@@ -37,7 +37,7 @@ struct JobReport {
     std::string name;
     ItemNeed need = ItemNeed::Run;
   };
-  std::vector<Item> items;  ///< Of what would be done; empty for single files and when nothing would.
+  std::vector<Item> items;  ///< Items of what would be done; empty for single files and when nothing would.
 
   /// The command would end with "give --force".
   [[nodiscard]] bool needs_force() const { return need == OutputNeed::Stale && !is_forced; }

@@ -16,7 +16,7 @@ enum class FoundOutput { Nothing, Same, Different };
 struct OutputState {
   std::filesystem::path output;  ///< Without a slash at its end.
   FoundOutput found = FoundOutput::Nothing;
-  JobRecord record;                ///< Of a Different output; empty when it has none.
+  JobRecord record;                ///< Record of a Different output; empty when it has none.
   std::vector<JobChange> changes;  ///< Why it is different, as far as it is recorded.
   bool only_grows = false;         ///< The plan may grow, and nothing but additions was found.
   /// What has become of an output that was made from the same: it counts as Different, and as replaceable where nothing

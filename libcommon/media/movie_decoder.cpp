@@ -213,7 +213,7 @@ struct MovieDecoder::Impl {
   std::optional<FrameTimes> times;
   std::optional<MovieLight> light;  ///< Nothing: codes stay codes.
   DisplayTurn turn;
-  int width = 0, height = 0;  ///< As they are decoded.
+  int width = 0, height = 0;  ///< Size as decoded.
   int scaled_width = 0;       ///< With square pixels, not yet turned.
   int next = 0;               ///< The frame that the decoder gives next.
   bool is_drained = false;

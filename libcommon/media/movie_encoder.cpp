@@ -172,7 +172,7 @@ class EncodedMovie final : public MovieEncoder {
   OwnedOutput<AVCodecContext> encoder_;
   AVStream* stream_ = nullptr;
   OwnedOutput<AVFrame> source_;  ///< R, G, B.
-  OwnedOutput<AVFrame> frame_;   ///< As the encoder takes it.
+  OwnedOutput<AVFrame> frame_;   ///< Frame as the encoder takes it.
   OwnedOutput<AVPacket> packet_;
   OwnedOutput<SwsContext> scaler_;
   std::int64_t num_pictures_ = 0;

@@ -42,7 +42,7 @@ struct Placement {
   std::vector<Matrix4> scene_from_bind;  ///< One a joint; empty: there is no skin.
 };
 
-constexpr std::size_t kMaxVertices = 300'000'000;  ///< Of all nodes and instances.
+constexpr std::size_t kMaxVertices = 300'000'000;  ///< Most vertices of all nodes and instances.
 
 class GltfReader {
  public:

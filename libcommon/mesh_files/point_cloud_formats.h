@@ -32,7 +32,7 @@ class PointCloudBuilder {
 
  private:
   PointCloud cloud_;
-  std::vector<int> new_index_;  ///< Of every point added; -1 = excluded.
+  std::vector<int> new_index_;  ///< New index of every point added; -1 = excluded.
 };
 
 /// Undoes LZF (M. Lehmann's format, as PCD's binary_compressed has it). @throws InvalidInput if it does not give

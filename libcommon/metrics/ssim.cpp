@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kRadius = 5;
 constexpr double kSigma = 1.5, kK1 = 0.01, kK2 = 0.03;
-using Sums = std::array<double, 6>;  ///< Of weight, a, b, a^2, b^2, a b.
+using Sums = std::array<double, 6>;  ///< Sums of weight, a, b, a^2, b^2, a b.
 
 std::array<double, 2 * kRadius + 1> window() {
   std::array<double, 2 * kRadius + 1> w{};

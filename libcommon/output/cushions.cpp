@@ -11,7 +11,7 @@ namespace patinate {
 namespace {
 
 constexpr std::uint32_t kCushion = 35;  // Purpose of random streams.
-constexpr double kMinRadius = 0.17;     // Of a cube's side; the largest have half of it.
+constexpr double kMinRadius = 0.17;     // Share of a cube's side; the largest have half of it.
 
 }  // namespace
 

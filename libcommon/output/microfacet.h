@@ -24,7 +24,7 @@ struct LobeEnergy {
 
 /// A lobe's value, and how it changes as the normal turns.
 struct LobeTurn {
-  double shape = 0.0;             ///< As Lobe::Value has it.
+  double shape = 0.0;             ///< Shape as Lobe::Value has it.
   Vec3 by_normal = Vec3::Zero();  ///< Times a small turn of the normal, a vector across it, is the change of `shape`.
 };
 /// @param normal, view, light  Unit; zero where one of both lies below the surface. @param roughness  [0.05, 1].

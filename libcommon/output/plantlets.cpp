@@ -37,7 +37,7 @@ constexpr std::array<double, 4> kLeafShades{0.45, 0.85, 0.85, 1.15};
 /// How leaves stand around a stem, in heights of the plant.
 struct LeafForm {
   double lean, more_lean;  ///< Distance of a tip from the stem; by up to `more_lean` farther from leaf to leaf.
-  double half_width, tip;  ///< Of a leaf, in its middle; height of its tip.
+  double half_width, tip;  ///< Half width and tip of a leaf, in its middle; height of its tip.
 };
 // Shoots with narrow leaves, tufts and flat rosettes.
 constexpr std::array<LeafForm, kNumPlantKinds> kForms{

@@ -51,7 +51,7 @@ class PlantField {
 
  private:
   std::size_t first_ = 0;
-  std::vector<Vec3> colors_;  ///< Of plants.
+  std::vector<Vec3> colors_;  ///< Colors of plants.
 };
 
 /// Appends the leaves to a mesh with UVs and normals. @param open  Ambient visibility of its positions; gets 1 for

@@ -12,7 +12,7 @@
 namespace patinate {
 
 inline constexpr std::uint64_t kRenderSeed = 20;
-inline constexpr double kRayOffset = 1e-4;  ///< Of the diagonal, off the surface.
+inline constexpr double kRayOffset = 1e-4;  ///< Share of the diagonal, off the surface.
 /// To the lights where a ray of the camera meets the ground, whose even gray shows each that is missing.
 inline constexpr int kGroundRays = 16;
 

@@ -10,7 +10,7 @@ namespace {
 constexpr double kWaterIndex = 1.33;
 constexpr double kWaterF0 = 0.0201;        // ((n - 1) / (n + 1))^2.
 constexpr double kWaterDiffuseIn = 0.066;  // Share of diffuse light from outside that water reflects [Lekner and Dorf].
-constexpr double kFilmRoughness = 0.12;    // Of a film on a rough surface.
+constexpr double kFilmRoughness = 0.12;    // Share of a film on a rough surface.
 constexpr double kFilmLevels = 0.7;        // Share of the relief below that a film hides.
 constexpr double kFilmBegins = 0.5;        // Wetness up to which water is in pores: darker, but no smoother.
 

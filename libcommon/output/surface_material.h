@@ -40,7 +40,7 @@ class SurfaceMaterial {
   Vec3 base_reflected_ = Vec3::Zero();
   double coat_weight_ = 0.0;
   double coat_reflected_ = 0.0;
-  double base_share_ = 0.0, coat_share_ = 0.0;  ///< Of samples; not normalized.
+  double base_share_ = 0.0, coat_share_ = 0.0;  ///< Shares of samples; not normalized.
   Vec3 diffuse_ = Vec3::Zero();
 };
 

@@ -19,7 +19,7 @@ namespace patinate {
 struct SeenPoint {
   Vec3 place = Vec3::Zero();    ///< Off the surface, where other rays begin.
   Vec3 view = Vec3::UnitZ();    ///< Unit, back along the ray.
-  Vec3 face = Vec3::UnitZ();    ///< Of the triangle, toward the viewer.
+  Vec3 face = Vec3::UnitZ();    ///< Face of the triangle, toward the viewer.
   Vec3 smooth = Vec3::UnitZ();  ///< Without what a map of normals says.
   Vec3 normal = Vec3::UnitZ();
   double open = 1.0;  ///< Ambient visibility.
@@ -59,7 +59,7 @@ class SurfaceScene {
   SurfaceMaps maps_;
   RenderOptions options_;
   SurfaceOptions surface_;
-  Box box_;                  ///< Of the mesh as it was given.
+  Box box_;                  ///< Box of the mesh as it was given.
   Mesh mesh_;                ///< Displaced.
   std::vector<float> open_;  ///< Ambient visibility of its positions.
   CornerTangents tangents_;  ///< Where a map tells normals.

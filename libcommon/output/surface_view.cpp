@@ -37,7 +37,7 @@ struct Draws {
   std::array<double, kMirrorRays> choices = {};
   Vec2 lamp_shift = Vec2::Zero();
   int sample = 0;
-  int num_samples = 1;  ///< Of the pixel.
+  int num_samples = 1;  ///< Number of samples of the pixel.
   double dither = 0.0;  ///< [-0.5, 0.5), of the pixel.
 };
 

@@ -17,7 +17,7 @@ constexpr std::array<const char*, 7> kColors{"#0072B2", "#D55E00", "#009E73", "#
                                              "#E69F00", "#56B4E9", "#7a7a7a"};
 constexpr std::array<const char*, 4> kDashes{"", "7 3", "2 3", "9 3 2 3"};
 
-constexpr std::size_t kMinTicks = 3;  ///< Of a logarithmic axis.
+constexpr std::size_t kMinTicks = 3;  ///< Least ticks of a logarithmic axis.
 
 struct Axis {
   double low = 0.0, high = 1.0;

@@ -101,7 +101,7 @@ std::vector<std::string> subset_names(const GlbTiles& tiles) {
 
 /// Indices of a part's corners into a list of its own.
 struct Compact {
-  std::vector<int> entries;  ///< Of the mesh's list.
+  std::vector<int> entries;  ///< Entries of the mesh's list.
   std::vector<int> corners;  ///< Into entries.
 };
 

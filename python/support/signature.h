@@ -19,9 +19,9 @@ namespace patinate::python {
 /// A parameter as people read it.
 struct ParameterText {
   std::string name;
-  std::string type;           ///< As in stubs: "float", "Callable[[float], None] | None".
+  std::string type;           ///< Type as in stubs: "float", "Callable[[float], None] | None".
   std::string help;           ///< With unit and range.
-  std::string default_value;  ///< As Python writes it; "" = must be given.
+  std::string default_value;  ///< Default value as Python writes it; "" = must be given.
 };
 /// Of described options, with the values that they have.
 [[nodiscard]] std::vector<ParameterText> parameter_texts(DescribedOptions& options);

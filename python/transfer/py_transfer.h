@@ -15,7 +15,7 @@ namespace patinate::python {
 
 struct PyAged {
   std::shared_ptr<const transfer::AgedMesh> value;
-  std::string path = "";  ///< As it was opened; "" of one that was made here.
+  std::string path = "";  ///< Path as it was opened; "" of one that was made here.
 };
 
 /// What a texture is asked for at: one time, several, or one of each texel.

@@ -30,7 +30,7 @@ class LaidPicture {
   [[nodiscard]] Vec3 sample(double x_mm, double y_mm) const;
 
   double width_mm_, height_mm_;
-  ImageF image_;  ///< Of pixels no smaller than a texel.
+  ImageF image_;  ///< Image of pixels no smaller than a texel.
   Vec3 mean_{0, 0, 0};
 };
 
@@ -53,7 +53,7 @@ class MaterialPictures {
     double image_mm = 0.0;
     Picture by_texel = {};                  ///< Without a width: a pixel a texel.
     std::optional<LaidPicture> in_mm = {};  ///< With one.
-    TileCache codes = {};                   ///< Of it: sRGB codes, 3 planes.
+    TileCache codes = {};                   ///< Codes of it: sRGB codes, 3 planes.
   };
 
   const TexelPlaces* places_;

@@ -23,10 +23,10 @@ struct SceneCopy {
   struct File {
     std::filesystem::path from;
     std::filesystem::path to;  ///< Below the copy's folder.
-    std::string key;           ///< Of its bytes.
+    std::string key;           ///< Key of its bytes.
   };
-  std::filesystem::path name;  ///< Of the scene file in the copy's folder: as it was called.
-  std::string text;            ///< Of the scene file; its paths lead to `files`.
+  std::filesystem::path name;  ///< Name of the scene file in the copy's folder: as it was called.
+  std::string text;            ///< Text of the scene file; its paths lead to `files`.
   std::vector<File> files;
   std::vector<std::string> excluded;  ///< What is not copied and stays where it is: too large, or named by a glTF in a
                                       ///< way that no copy can keep.

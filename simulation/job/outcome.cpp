@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kShows = 0.1;        ///< Share of the color.
 constexpr double kNoticeable = 2.3;   ///< Delta E 1976, a just noticeable difference [Mahy et al. 1994].
-constexpr double kNearlyAll = 0.95;   ///< Of an object.
+constexpr double kNearlyAll = 0.95;   ///< Share of an object.
 constexpr double kMostlyUnmet = 0.5;  ///< Share of an object that is warned of.
 
 double delta_e_at(const ImageF& before, const ImageF& now, std::int64_t pixel) {
@@ -29,7 +29,7 @@ double delta_e_at(const ImageF& before, const ImageF& now, std::int64_t pixel) {
 /// Texels of one object.
 struct Part {
   std::vector<TexelIndex> texels = {};
-  std::vector<std::int64_t> pixels = {};  ///< Of the same, in the user's order.
+  std::vector<std::int64_t> pixels = {};  ///< Pixels of the same, in the user's order.
   double area = 0.0;
 };
 

@@ -58,7 +58,7 @@ struct RecomposeWork {
   fs::path source;
   SceneFile file;  ///< With the new look.
   RecomposeOptions options;
-  HistoryManifest frames;   ///< Of the source.
+  HistoryManifest frames;   ///< Frames of the source.
   bool has_course = false;  ///< All of them have amounts.
   SceneCopy copy;
   Json record;  ///< The source's simulation.json.

@@ -24,7 +24,7 @@ namespace patinate::simulation {
 /// One value for each texel, in tile order (TileGrid::index), coded to save memory: low + (high - low) * code / 255 (or
 /// / 65535).
 struct SurfaceParameter {
-  std::string name;  ///< As drivers have it.
+  std::string name;  ///< Name as drivers have it.
   std::variant<std::vector<std::uint8_t>, std::vector<std::uint16_t>, std::vector<float>>
       values;        ///< Floats: finite; as they are.
   float low = 0.0F;  ///< Of codes.

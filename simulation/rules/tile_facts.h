@@ -32,7 +32,7 @@ class TileFacts {
  private:
   const SurfaceAtlas* surface_ = nullptr;
   std::vector<std::uint64_t> covered_;  ///< A bit for each texel.
-  std::vector<std::uint16_t> weight_;   ///< Of all covered texels; 0 = they differ.
+  std::vector<std::uint16_t> weight_;   ///< Weight of all covered texels; 0 = they differ.
   std::vector<bool> is_uniform_;
 };
 

@@ -83,7 +83,7 @@ struct DeviceMotion::State {
   Buffer<std::uint32_t> fallbacks;
   Buffer<std::int32_t> tile_charts;
   Buffer<std::uint16_t> no_wet;        ///< For kernels that read none.
-  std::vector<EmitterFacts> emitters;  ///< As the device has them.
+  std::vector<EmitterFacts> emitters;  ///< Emitters as the device has them.
   Buffer<EmitterFacts> emitters_there;
   std::vector<std::uint32_t> loads;
   Buffer<std::uint32_t> loads_there;

@@ -29,7 +29,7 @@ struct TraceResult {
   std::vector<std::uint32_t> born;  ///< By gammaton.
   std::vector<Death>
       died;  ///< By gammaton; a death is told before the same gammaton's next birth, which is the next call's.
-  TraceCounters counters;  ///< Of this call; `alive` after it, among those that move.
+  TraceCounters counters;  ///< Counters of this call; `alive` after it, among those that move.
 };
 
 /// Those gammatons that move; all others stay where they are, as they are.

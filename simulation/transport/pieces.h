@@ -24,7 +24,7 @@ using Masses = std::array<std::uint32_t, kMaxMaterials>;
 /// A part of a gammaton's splat. What it has of the cargo stands beside it: Pieces::mass().
 struct Piece {
   TexelIndex texel = 0;
-  std::uint32_t contact = 0;  ///< Of WideContacts.
+  std::uint32_t contact = 0;  ///< Contact of WideContacts.
   std::uint16_t number = 0;   ///< In its splat; 0 = middle.
   std::uint32_t share = SplatShape::kWhole;
 };
@@ -33,7 +33,7 @@ struct Piece {
 struct WideContacts {
   const SurfaceAtlas& surface;
   std::span<const Contact> contacts;
-  std::span<const Ending> endings;  ///< Of a deposit: by contact, which is at the end. Else empty.
+  std::span<const Ending> endings;  ///< Endings of a deposit: by contact, which is at the end. Else empty.
   std::span<const int> active;      ///< Materials.
   std::uint64_t seed;
   std::int64_t random_key;

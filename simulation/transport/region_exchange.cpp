@@ -187,7 +187,7 @@ class RegionExchange {
     return num;
   }
 
-  using Numbers = std::array<std::uint32_t, 4>;  ///< Of pages, as SplatPlace has them.
+  using Numbers = std::array<std::uint32_t, 4>;  ///< Numbers of pages, as SplatPlace has them.
 
   /// Weights and shares of a splat away from seams; `up` is what ShareTable::even() gives, of all materials.
   [[nodiscard]] SplatLanes lay(TexelIndex texel, int size, const SplatStencil& stencil, const SplatPlace& place) {

@@ -100,7 +100,7 @@ struct RegionCall {
   transport::SplatKernel kernel;
   std::span<const Contact> contacts;
   std::span<const std::uint16_t> sizes;   ///< By contact: SplatShape::size_at().
-  const RegionLists& contact_lists;       ///< Of those that lie in one region, away from seams.
+  const RegionLists& contact_lists;       ///< Contact lists of those that lie in one region, away from seams.
   std::span<const Contact> cut_contacts;  ///< The others,
   std::span<const Piece> pieces;          ///< and what they are cut into.
   std::span<std::uint32_t> piece_mass;
@@ -121,9 +121,9 @@ struct RegionWorker {
   };
   using Plane = std::array<std::uint16_t, kMaxLanes + SplatPlace::kSlack>;
   ShareTable table;
-  std::vector<std::uint16_t*> pages;   ///< Of the region, by page and active material; null: the originals.
+  std::vector<std::uint16_t*> pages;   ///< Pages of the region, by page and active material; null: the originals.
   std::vector<std::uint8_t> is_known;  ///< By page of the region: whether `pages` has it.
-  std::array<Part, kFewParts> parts;   ///< Of a splat of few texels,
+  std::array<Part, kFewParts> parts;   ///< Parts of a splat of few texels,
   std::array<std::array<std::uint32_t, kFewParts>, kMaxMaterials> mass;               ///< by active material and part.
   alignas(64) Plane weight, amount, left, any;                                        ///< By lane of a splat.
   alignas(64) std::array<std::array<std::int32_t, kMaxLanes>, kMaxMaterials> quanta;  ///< By active material and lane.

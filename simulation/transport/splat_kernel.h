@@ -17,7 +17,7 @@ inline constexpr int kLaneBlock = 16;
 struct SplatLanes {
   int num = 0;                            ///< A multiple of kLaneBlock.
   int middle = 0;                         ///< The lane that is hit.
-  const std::uint32_t* number = nullptr;  ///< Of the splat's parts: for random numbers.
+  const std::uint32_t* number = nullptr;  ///< Number of the splat's parts: for random numbers.
   const std::uint32_t* before = nullptr;  ///< Shares of all parts before this one, in 1 / SplatShape::kWhole;
   const std::uint32_t* after = nullptr;   ///< with this one.
   const double* up = nullptr;             ///< TransferShares.

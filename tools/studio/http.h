@@ -12,7 +12,7 @@ namespace patinate::studio {
 
 struct HttpRequest {
   std::string method;  ///< "GET", "POST"
-  std::string target;  ///< As sent: "/api/texture?place=copper&time=3".
+  std::string target;  ///< Target as sent: "/api/texture?place=copper&time=3".
   std::map<std::string, std::string>
       headers;  ///< Names in lower case. Of a name that is sent twice, the values with ", " between.
   std::string body;

@@ -28,7 +28,7 @@ constexpr std::size_t kMaxMarks = 20'000, kLongestName = 64;
 /// A project whose photographs are marked, as it lies on the disk now.
 struct MarkedCapture {
   fs::path file;
-  std::string text;  ///< Of the project.
+  std::string text;  ///< Text of the project.
   capture::CaptureProject project;
   std::map<std::string, capture::PhotoMarks> marks;  ///< All of the table, by photo_names() where they are known.
   std::string state;                                 ///< Content of project and table.

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kMaxUnread = std::size_t{512} << 20;
 constexpr std::int64_t kMaxGammatons = 100'000;
-constexpr std::size_t kMaxPositions = 10'000;  ///< Of a stroke in one message.
+constexpr std::size_t kMaxPositions = 10'000;  ///< Most positions of a stroke in one message.
 
 /// A member of a request, with an error that a person understands.
 const Json& member(const Json& request, const char* key) {

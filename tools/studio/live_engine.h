@@ -32,7 +32,7 @@ namespace patinate::studio {
 struct LiveOptions {
   simulation::ColorForm color_form = simulation::ColorForm::Normalized;
   int num_threads = 0;
-  std::shared_ptr<const simulation::SimulationDevice> device = nullptr;  ///< Of this scene alone; null: the CPU.
+  std::shared_ptr<const simulation::SimulationDevice> device = nullptr;  ///< Device of this scene alone; null: the CPU.
   double most_updates_s = 60.0;                                          ///< To one client.
   std::filesystem::path place;     ///< What is recorded is of this one, below the served folder; "" = nothing is.
   std::filesystem::path finished;  ///< A simulation folder whose end is where it begins; "" = the start of the scene.
@@ -164,7 +164,7 @@ class LiveEngine {
   std::int64_t picture_of_ = 0;  ///< Iterations behind the amounts that are shown without their gammatons: nothing can
                                  ///< resume from there. 0 = all is there.
   bool is_running_ = false;
-  std::int64_t num_steps_left_ = 0;  ///< Of a `step`.
+  std::int64_t num_steps_left_ = 0;  ///< Number of steps left of a `step`.
   Clock::time_point measured_{};     ///< Ranges of overlays.
   bool has_news_ = true;             ///< Something changed since the last status.
   std::string status_;               ///< The last one.
@@ -176,7 +176,7 @@ class LiveEngine {
   std::optional<Replay> replay_;
   bool is_resumed_ = false;         ///< What was found has been gone through.
   bool is_keeping_ = false;         ///< There is a file of this run.
-  std::uint64_t kept_version_ = 0;  ///< Of the record, when it was written last.
+  std::uint64_t kept_version_ = 0;  ///< Kept version of the record, when it was written last.
   std::int64_t kept_iteration_ = 0;
   Clock::time_point kept_at_{};
   std::jthread exporting_;

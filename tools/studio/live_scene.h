@@ -61,7 +61,7 @@ class LiveScene {
   std::vector<std::function<void(LiveEngine&)>> tasks_;
   std::size_t num_task_bytes_ = 0;                       ///< Of messages that wait in them.
   std::map<int, std::shared_ptr<WebSocketPeer>> peers_;  ///< Of all clients.
-  std::string problem_;                                  ///< As problem().
+  std::string problem_;                                  ///< Problem as problem().
   bool is_running_ = false;
   std::jthread thread_;  ///< Last: it uses the others.
 };

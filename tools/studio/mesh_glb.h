@@ -13,7 +13,7 @@ namespace patinate::studio {
 /// One node of the GLB.
 struct MeshPart {
   std::string name;
-  std::vector<int> triangles;  ///< Of the mesh.
+  std::vector<int> triangles;  ///< Triangles of the mesh.
   std::vector<Vec3> points;    ///< Without a surface, in the mesh's unit; where there are no triangles.
 };
 

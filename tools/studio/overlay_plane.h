@@ -58,7 +58,7 @@ class OverlayPlane {
   OverlayRange range_;
   bool is_stale_ = true;
   std::int64_t seen_ = -1;       ///< Tiles that changed in this iteration or later are not in it yet.
-  std::int64_t seen_steps_ = 0;  ///< Of the brush, then.
+  std::int64_t seen_steps_ = 0;  ///< Seen steps of the brush, then.
   std::vector<std::uint8_t> bytes_;
 };
 

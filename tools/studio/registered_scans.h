@@ -16,7 +16,7 @@
 namespace patinate::studio {
 
 struct PlacedScan {
-  std::string name;       ///< As registration.json has it.
+  std::string name;       ///< Name as registration.json has it.
   std::string status;     ///< "converged", "poor fit", ...
   double residual = 0.0;  ///< In the scans' unit.
   double overlap = 0.0;   ///< Share; with `partner`.

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMaxPoints = 1000;  ///< Of one event: files allow 100,000.
+constexpr std::size_t kMaxPoints = 1000;  ///< Most points of one event: files allow 100,000.
 constexpr std::int64_t kMaxRecordedSteps =
     900;  ///< At one place; so no event has more than the million that files allow.
 

@@ -53,7 +53,7 @@ class SceneRecord {
   [[nodiscard]] Json file_for(const std::filesystem::path& folder, std::int64_t iterations) const;
 
  private:
-  std::filesystem::path folder_;  ///< Of the original file.
+  std::filesystem::path folder_;  ///< Folder of the original file.
   std::shared_ptr<Json> root_, appearance_;
   std::uint64_t version_ = 0;
   Events events_;

@@ -51,11 +51,11 @@ struct ServerOptions {
   int num_workers = 3;  ///< Requests that are answered at the same time.
   std::size_t max_header_bytes = 16 * 1024;
   std::size_t max_body_bytes = 1024 * 1024;
-  std::size_t max_message_bytes = 1024 * 1024;  ///< Of what a WebSocket brings.
+  std::size_t max_message_bytes = 1024 * 1024;  ///< Most bytes that a WebSocket may bring.
   int num_strangers = 100;     ///< Connections that have shown no token. One more, and the oldest of them is closed.
   int num_known = 100;         ///< Those that have. More are answered with 503 and closed.
   int stranger_timeout_s = 5;  ///< To show a token.
-  int timeout_s = 30;          ///< Of those that are known: to send a request, or to take an answer.
+  int timeout_s = 30;          ///< Timeout of those that are known: to send a request, or to take an answer.
 };
 
 /// Bound to 127.0.0.1 by its constructor.

@@ -23,7 +23,7 @@ struct StudioOptions {
   std::string token;
   int port = 0;
   std::vector<std::string> hosts;  ///< Names that are allowed as Host beside those of this machine.
-  int num_threads = 0;             ///< Of one answer, and of a simulation; 0 = all.
+  int num_threads = 0;             ///< Number of threads of one answer, and of a simulation; 0 = all.
   std::function<std::shared_ptr<const simulation::SimulationDevice>()> open_device = {};  ///< As LiveMeans.
 };
 

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMaxFrameBytes = std::size_t{256} << 20;  ///< Of decoded frames that a place keeps.
+constexpr std::size_t kMaxFrameBytes = std::size_t{256} << 20;  ///< Most bytes of decoded frames that a place keeps.
 constexpr std::size_t kMaxPlaces = 4;
 
 std::size_t bytes_of(const ImageF& image) { return image.values().size() * sizeof(float); }

@@ -55,7 +55,7 @@ class SurfaceInTime {
   [[nodiscard]] const HistoryReader& history() const { return *history_; }
   /// nullptr unless it is a transfer.
   [[nodiscard]] const transfer::TransferReader* transfer() const { return transfer_.get(); }
-  [[nodiscard]] int width() const;  ///< Of its texture: of a transfer, the sheet of all tiles.
+  [[nodiscard]] int width() const;  ///< Width of its texture: of a transfer, the sheet of all tiles.
   [[nodiscard]] int height() const;
 
   /// Those that it knows beyond its color, in their order. Base color is one of them where it differs from color.

@@ -20,13 +20,13 @@ constexpr double kMinContrast = 3.0;               // L*. Less is noise, or hard
 constexpr double kLowOfHigh = 0.4;                 // Threshold of all lines, as a share of Otsu's.
 constexpr double kMinElongation = 30.0;            // Length over width: of a network it is the whole length.
 constexpr double kMinElongated = 0.6;              // Share of what is found that must be lines.
-constexpr double kMinShare = 0.005;                // Of the surface.
+constexpr double kMinShare = 0.005;                // Share of the surface.
 constexpr double kMaxShare = 0.25, kRare = 0.125;  // More than an eighth must stand out clearly.
 constexpr double kDensest = 0.35;                  // Crackle glazes cover 24 to 35 %; what covers more is grain.
-constexpr int kMaxBins = 400;                      // Of a quarter L*.
+constexpr int kMaxBins = 400;                      // Bins of a quarter L*.
 constexpr int kSegment = 17, kNumDirections = 12;  // Pixels at the smallest reach; a line is straight as far.
 constexpr double kAlong = 2.0;                     // Half of a square around may be lines.
-constexpr double kEnough = 0.8;                    // Of what the best square finds.
+constexpr double kEnough = 0.8;                    // Share of what the best square finds.
 
 /// What the square fills: how much darker (or brighter) than its surroundings a pixel is. Exact in floats.
 cv::Mat filled(const cv::Mat& lightness, int reach, bool dark) {
@@ -142,7 +142,7 @@ struct FoundLines {
   cv::Mat fill, all, strong;
   LineThresholds thresholds;
   bool is_dark = true;
-  double share = 0.0;      ///< Of the pixels inside the mask that are on a line.
+  double share = 0.0;      ///< Share of the pixels inside the mask that are on a line.
   double elongated = 0.0;  ///< Share of what passed the thresholds.
   double mass = 0.0;       ///< Sum of what the square fills on lines.
   double found = 0.0;      ///< As much of them passed the thresholds, lines or not.

@@ -19,7 +19,7 @@ struct Lines {
   ImageU8 all, strong;  ///< H x W, 0 / 255; empty where there are none.
   LineThresholds thresholds;
   bool is_dark = true;
-  double share = 0.0;          ///< Of the pixels inside the mask.
+  double share = 0.0;          ///< Share of the pixels inside the mask.
   double refused_share = 0.0;  ///< Where there are none: what long pieces would cover, if that is too much for
                                ///< lines and at most 35 %.
   [[nodiscard]] bool empty() const { return all.empty(); }

@@ -15,8 +15,8 @@ struct Regions {
   ImageF value;       ///< H x W: smoothed colors along the axis on which they vary most, about 100 from black to white.
   double threshold = 0.0;   ///< Between the two, of `value`.
   double contrast = 0.0;    ///< Between their means.
-  double share = 0.0;       ///< Of the rarer one.
-  double width_px = 0.0;    ///< Of its patches: twice its area over its border.
+  double share = 0.0;       ///< Share of the rarer one.
+  double width_px = 0.0;    ///< Width of its patches: twice its area over its border.
   double separation = 0.0;  ///< Share of the variance that the two means explain, [0, 1].
 };
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kFullShare = 0.08;    // Lines of as much of the surface are what it looks like.
 constexpr double kRegionWeight = 0.3;  // Against lines: tone shows regions as well.
-constexpr double kMaxLines = 0.25;     // Of a map: more are regions.
+constexpr double kMaxLines = 0.25;     // Share of a map: more are regions.
 
 /// L* of a luminance in [0, 1] [CIE 15].
 float lightness_of_luminance(float luminance) {

@@ -25,9 +25,9 @@ struct SourceStructure {
   /// the brighter material; the same for 6 D; and how surely a pixel is of the brighter; [0, 2] and [0, 1].
   ImageF channels;
   StructureKind kind = StructureKind::DarkLines;
-  double share = 0.0;     ///< Of the pixels inside the mask that are on a line, or of the rarer material.
+  double share = 0.0;     ///< Share of the pixels inside the mask that are on a line, or of the rarer material.
   double scale_px = 0.0;  ///< About half of the largest cell, or of the largest region.
-  double weight = 1.0;    ///< Of structure against tone, (0, 1]: lines that are rare say little about the rest.
+  double weight = 1.0;    ///< Weight of structure against tone, (0, 1]: lines that are rare say little about the rest.
   double refused_line_share = 0.0;  ///< Of the pixels that look like lines but are too many; 0 where lines were found.
   double contrast = 0.0;  ///< Lightness by which lines differ from what surrounds them, at the lower threshold; between
                           ///< the means of regions; L*.

@@ -13,7 +13,7 @@
 
 namespace patinate::transfer {
 
-inline constexpr const char* kPatchChannels[2] = {"source.angle", "source.mirror"};  ///< As FrameInUv.
+inline constexpr const char* kPatchChannels[2] = {"source.angle", "source.mirror"};  ///< Patch channels as FrameInUv.
 
 /// Of the covered texels the frame in their UVs, turned as their pieces are: angle, and 1 where mirrored. 0 outside.
 /// @param strip  A part of the atlas whose first texel is (x, y); its channels 2 and 3 are set.
@@ -24,7 +24,7 @@ void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrame
 /// How a history lies on a surface.
 struct LaidFlow {
   std::shared_ptr<const FlowFrames> frames = nullptr;  ///< Null: as the UVs run.
-  std::vector<std::int16_t> turns = {};                ///< Of each texel, as SourcePlace's; empty: all 0.
+  std::vector<std::int16_t> turns = {};                ///< Turns of each texel, as SourcePlace's; empty: all 0.
 };
 /// What read_flow() gives of a result that was written: angles as floats.
 [[nodiscard]] LaidFlow as_stored(const std::shared_ptr<const FlowFrames>& frames, std::span<const std::int16_t> turns,

@@ -17,10 +17,10 @@ constexpr std::int64_t kMaxLookedAt = 1 << 18;  ///< Texels that the forecast lo
 constexpr std::size_t kBins = 64;               ///< Steps of a control in which shares are counted.
 constexpr double kManyCopies = 10.0;  // A choice: rows were seen at 59 and are not at 200 since reuse is balanced;
                                       // pieces are found again sooner.
-constexpr double kSmallShare = 0.25;  // Of the source.
+constexpr double kSmallShare = 0.25;  // Share of the source.
 constexpr std::int64_t kFewWindows =
     40;  // Beside each other: a square of some 44 pixels. A choice: what a few dozen pieces are laid from repeats.
-constexpr double kRare = 1e-4;  // Of the surface: not what it asks for.
+constexpr double kRare = 1e-4;  // Share of the surface: not what it asks for.
 
 using Shares = std::array<double, kBins>;
 
@@ -66,7 +66,7 @@ std::size_t filled_bin(const Shares& source, std::size_t bin) {
 }
 
 struct Demand {
-  double copies = 1.0;  ///< Of what is asked for, relative to equal use.
+  double copies = 1.0;  ///< Copies of what is asked for, relative to equal use.
   double asked = 1.0;   ///< Share of the source.
 };
 Demand demand_of(const Shares& source, const Shares& surface) {

@@ -13,7 +13,7 @@ namespace patinate::transfer {
 
 struct LibraryTask {
   std::vector<std::filesystem::path> histories;
-  std::vector<LibraryControl> controls = {};  ///< As lay_out_library().
+  std::vector<LibraryControl> controls = {};  ///< Controls as lay_out_library().
   LibraryOptions options = {};
 };
 

@@ -56,7 +56,7 @@ struct LibraryFrame {
 
 struct LibraryLayout {
   int width = 0;
-  int height = 0;  ///< Of the tallest history.
+  int height = 0;  ///< Height of the tallest history.
   std::optional<double> texel_size_mm;
   TimeUnit time_unit = TimeUnit::Seconds;
   std::vector<LibraryPart>

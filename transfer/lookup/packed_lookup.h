@@ -28,7 +28,7 @@ using PackedCoordinates = Image<std::uint32_t>;
 
 /// Where some texels look.
 struct PlacesView {
-  std::span<const std::uint32_t> pixels;  ///< As PackedCoordinates.
+  std::span<const std::uint32_t> pixels;  ///< Pixels as PackedCoordinates.
   std::span<const std::uint32_t> beside;  ///< As many, pack_beside(); empty: all look at the middles of pixels.
 
   [[nodiscard]] std::size_t size() const { return pixels.size(); }

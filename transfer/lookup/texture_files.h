@@ -30,10 +30,10 @@ enum class TextureKind {
 /// A texture to be written.
 struct TextureFile {
   std::vector<std::filesystem::path> files;  ///< One a tile, with the extensions of write_color().
-  ImageF source;                             ///< Of the history's size: sample(), sample_material_map().
+  ImageF source;                             ///< Source of the history's size: sample(), sample_material_map().
   std::string key = "";                      ///< Content key for the files.
   TextureKind kind = TextureKind::Color;
-  std::string unit = "";  ///< Of a value, for the header of an EXR.
+  std::string unit = "";  ///< Unit of a value, for the header of an EXR.
 };
 
 /// TextureWriter::Encode of colors: sRGB.

@@ -63,7 +63,7 @@ class FrameBlock {
 struct Texels {
   PlacesView places;
   std::span<const float> times;
-  int first_row;  ///< Of both.
+  int first_row;  ///< First row of both.
   ImageF& result;
   int source_width, source_height;
   const FrameLocator& locate;

@@ -8,7 +8,7 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr std::int64_t kFewestPixels = 256;  // Of a control value: fewer say nothing about shares.
+constexpr std::int64_t kFewestPixels = 256;  // Fewest pixels of a control value: fewer say nothing about shares.
 /// 1 in fixed point; excess and prices are clamped at multiples of it.
 constexpr std::int32_t kAmountUnit = 256, kMost = 2 * kAmountUnit, kMostReuse = 3 * kAmountUnit,
                        kMaxPrice = 8 * kAmountUnit;

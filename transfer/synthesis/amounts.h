@@ -25,7 +25,7 @@ namespace patinate::transfer {
 class Amounts {
  public:
   static constexpr int kLooks = 16;   ///< Equal parts of the source, by the first component of its appearance.
-  static constexpr int kValues = 16;  ///< Of the first control, equally wide.
+  static constexpr int kValues = 16;  ///< Values of the first control, equally wide.
   static_assert(kLooks == search_kernel::kExcessCells && kValues == search_kernel::kExcessCells);
 
   using Table = std::array<std::int64_t, kValues * kLooks>;

@@ -15,7 +15,7 @@ namespace patinate::transfer {
 namespace {
 
 constexpr std::int64_t kAuditChunk = 4;  // Texels: some ms each in a large source.
-constexpr std::uint32_t kPurpose = 500;  // Of RandomStream.
+constexpr std::uint32_t kPurpose = 500;  // Purpose of RandomStream.
 
 /// The texel's own pixel and those to which its neighbors lead: they bound the search.
 std::vector<std::int32_t> likely_pixels(const SourceLevel& source, const TexelCost& cost,

@@ -29,8 +29,8 @@ struct MapToAudit {
   ImageF coordinates;  ///< H x W x 2: pixels of the history, rounded to whole ones; what is outside it counts as none.
   double pixel_mm = 1.0;                               ///< Surface length of one pixel of the history.
   std::vector<FollowedControl> controls;               ///< At least one.
-  std::shared_ptr<const FlowFrames> frames = nullptr;  ///< As TransferInput's.
-  std::vector<std::int16_t> turns = {};                ///< As SourcePlace's; empty: all 0.
+  std::shared_ptr<const FlowFrames> frames = nullptr;  ///< Frames as TransferInput's.
+  std::vector<std::int16_t> turns = {};                ///< Turns as SourcePlace's; empty: all 0.
   ImageU8 source_mask = {};  ///< What could be copied, instead of the history's mask; empty: that.
 };
 

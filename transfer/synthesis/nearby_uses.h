@@ -46,7 +46,7 @@ class NearbyUses {
   std::size_t num_cells_;
   std::vector<std::int32_t> usable_in_;  ///< Pixels by cell.
   std::int64_t num_usable_;
-  std::int64_t width_, height_;  ///< Of the atlas.
+  std::int64_t width_, height_;  ///< Size and height of the atlas.
   std::int64_t side_ = 64, squares_x_ = 0, squares_y_ = 0;
   std::vector<std::uint16_t> copies_;  ///< By square and cell; empty until measure().
 };

@@ -47,13 +47,13 @@ class NeighborhoodProjection {
  private:
   struct Part {
     std::size_t first_value = 0, num_axes = 0;  ///< Its rest follows.
-    std::vector<std::int16_t> weights;          ///< Of the appearances; 0 outside.
+    std::vector<std::int16_t> weights;          ///< Weights of the appearances; 0 outside.
   };
   void find_axes(const SourceLevel& source, const Part& part);
   void gather(std::int32_t pixel, std::span<std::int16_t> appearances) const;
 
   const SourceLevel& source_;
-  std::vector<std::int32_t> deltas_;  ///< Of the neighbors, in values.
+  std::vector<std::int32_t> deltas_;  ///< Deltas of the neighbors, in values.
   std::vector<Part> parts_;
   [[nodiscard]] std::int16_t* row_of(std::size_t value) {
     return rows_.data() + value * deltas_.size() * kAppearanceSize;

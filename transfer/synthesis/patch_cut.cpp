@@ -19,7 +19,7 @@ constexpr int kNumCommon = 4;           // Pieces that are in the patch already.
 constexpr std::int32_t kMaxOff = 1200;  // A rim texel that differs by more is no worse: the cut goes round it.
 constexpr std::int32_t kAmountCost =
     200;  // Of a look that has twice its share; half or twice as much: docs/benchmarks.md.
-constexpr std::int32_t kReuseCost = 40;     // Of a piece that is there twice as often as it should be.
+constexpr std::int32_t kReuseCost = 40;     // Reuse cost of a piece that is there twice as often as it should be.
 constexpr std::int32_t kNearbyCost = 300;   // Of each copy too many near by, where there is no structure that it could
                                             // break. Chosen on copper from 40, 120, 300 and 800: docs/benchmarks.md.
 constexpr std::int32_t kNever = 1'000'000;  // Cost of a texel where nothing can be copied.

@@ -114,7 +114,7 @@ class Builder {
     out.tiles.push_back(tile);
   }
   void add_block(std::span<std::int32_t> ranks, std::size_t in_tile, PixelBlocks& out) const {
-    std::sort(ranks.begin(), ranks.end());  // As the usable pixels: by first control, then by index.
+    std::sort(ranks.begin(), ranks.end());  // Sort as the usable pixels: by first control, then by index.
     PixelBlock block{.extent = kNothing,
                      .low_control = first_control(ranks.front()),
                      .high_control = first_control(ranks.back()),
@@ -144,7 +144,7 @@ class Builder {
   }
 
   const SourceLevel& source_;
-  std::vector<ProjectedNeighborhood> projections_;  ///< Of the usable pixels.
+  std::vector<ProjectedNeighborhood> projections_;  ///< Projections of the usable pixels.
   double control_scale_ = 0.0;
 };
 

@@ -65,7 +65,7 @@ PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level, co
   if (frame_turns != nullptr) fine.keep_turns();
   const TexelMap &fine_map = *fine_level.destination.map, &coarse_map = *coarse_level.destination.map;
   const auto place_some = [&](std::int64_t begin, std::int64_t end) {
-    Eigen::Matrix2d half_step = Eigen::Matrix2d::Zero();  // Of half a fine texel.
+    Eigen::Matrix2d half_step = Eigen::Matrix2d::Zero();  // Half step of half a fine texel.
     int triangle = -1;
     auto at = fine_level.destination.texels.from(static_cast<std::size_t>(begin));
     for (std::int64_t i = begin; i < end; ++i, ++at) {

@@ -18,7 +18,7 @@ namespace patinate::transfer {
 struct Place {
   std::int32_t pixel = -1;  ///< y * width + x of the nearest pixel; -1 = none.
   FixedPoint point;
-  Turn turn = 0;  ///< Of the piece against the texel's frame.
+  Turn turn = 0;  ///< Turn of the piece against the texel's frame.
   friend bool operator==(const Place&, const Place&) = default;
 };
 

@@ -25,7 +25,7 @@ constexpr double kControlUnit = 4.5;  // Found by trial on synthetic crackle, wi
 constexpr int kNumSweeps = 30;        // Reach as far as 8 texels; 8 sweeps bring half as much on the urn.
 /// Half sides of windows, source pixels (docs/algorithms/refinement.md).
 constexpr int kSmallestHalf_px = 8, kLargestHalf_px = 44;
-constexpr std::array kHalfFactors{0.4, 0.6, 0.9, 1.3, 2.0};  // Of the size of cells.
+constexpr std::array kHalfFactors{0.4, 0.6, 0.9, 1.3, 2.0};  // Half factors of the size of cells.
 
 int half_px(double factor, const SourceStructure& structure) {
   return std::clamp(static_cast<int>(factor * structure.scale_px), kSmallestHalf_px, kLargestHalf_px);

@@ -26,7 +26,7 @@ struct DevicePass {
   std::uint64_t seed = 0;
   std::uint32_t stream = 0;
   bool is_whole = false;
-  int first_turn = 0;  ///< Of the first of its sets.
+  int first_turn = 0;  ///< First turn of the first of its sets.
 };
 
 /// A device for synthesis.

@@ -16,7 +16,7 @@ namespace patinate::transfer {
 struct PatchTexel {
   TexelId texel = -1;
   FixedPoint offset;  ///< From the center, along the surface, in the center's frame.
-  Turn turn = 0;      ///< Of a piece here that is not turned at the center; 0 where pieces follow the frames.
+  Turn turn = 0;      ///< Turn of a piece here that is not turned at the center; 0 where pieces follow the frames.
 };
 
 /// Two neighbors, the second at `step` from the first.
@@ -56,13 +56,13 @@ class PatchFinder {
   struct Known {
     TexelId texel = -1;
     std::int32_t index = -1;  ///< In the patch; -1: outside.
-    std::int32_t row = -1;    ///< Of rows_; -1: not asked for yet.
+    std::int32_t row = -1;    ///< Row of rows_; -1: not asked for yet.
   };
   /// The eight beside a texel. They are looked up once a patch, though most are asked for five times.
   struct Row {
     std::array<PixelNeighbor, TexelNeighborhood::kNumAdjacent> neighbors;
     std::array<std::int32_t, TexelNeighborhood::kNumAdjacent> known;  ///< -1: there is none, or the texel itself.
-    std::array<std::int32_t, TexelNeighborhood::kNumAdjacent> turns;  ///< Of its frame in the texel's; kNotAsked.
+    std::array<std::int32_t, TexelNeighborhood::kNumAdjacent> turns;  ///< Turns of its frame in the texel's; kNotAsked.
   };
   static constexpr std::int32_t kNotAsked = 1 << 20;
   void forget();
@@ -88,7 +88,7 @@ class PatchFinder {
   std::vector<Known> known_;  ///< Around the center, of whatever size of patch.
   std::vector<Row> rows_;
   std::vector<std::int32_t> slots_;  ///< A hash table of known_; -1 = free.
-  std::vector<std::size_t> used_;    ///< Of slots_.
+  std::vector<std::size_t> used_;    ///< Used of slots_.
 };
 
 /// Calls visit(neighbor, is_earlier, weight) for the neighbors of a texel. Earlier are those of the grid that come
@@ -99,7 +99,7 @@ void for_each_pair(TexelId texel, std::span<const PixelNeighbor> adjacent, int w
   for (std::size_t k = 0; k < adjacent.size(); ++k) {
     const PixelNeighbor& n = adjacent[k];
     if (n.texel < 0 || n.texel == texel) continue;
-    const std::size_t square = k < 4 ? k : k + 1;  // Of 3 x 3, the middle left out.
+    const std::size_t square = k < 4 ? k : k + 1;  // Square of 3 x 3, the middle left out.
     const int dx = static_cast<int>(square % 3) - 1, dy = static_cast<int>(square / 3) - 1;
     const bool is_grid = n.texel == texel + dx + TexelId{dy} * width;
     const int weight = dx == 0 || dy == 0 ? 4 : 2;

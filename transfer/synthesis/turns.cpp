@@ -44,7 +44,7 @@ Turn FrameTurns::found_between(int a, int b) const {
   const Vec3 &to = normals_[a], &from = normals_[b];
   const Vec3 axis = from.cross(to);
   const double c = from.dot(to);
-  constexpr double kFolded = 1e-3;  // Of 1 + c: a fold by almost half a turn has no shortest way.
+  constexpr double kFolded = 1e-3;  // Share of 1 + c: a fold by almost half a turn has no shortest way.
   if (!(1.0 + c > kFolded)) return 0;
   const Vec3 x = in_b.col(0), across = axis.cross(x), tilted = x + across + axis.cross(across) / (1.0 + c);
   return turn_of(std::atan2(in_a.col(1).dot(tilted), in_a.col(0).dot(tilted)));

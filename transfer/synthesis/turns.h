@@ -31,7 +31,7 @@ inline constexpr int kLargestSource_px = 4'000'000;
 
 inline constexpr int kSineBits = 14;     ///< Fraction bits of the integer sines.
 inline constexpr int kSineSteps = 4096;  ///< A piece of 100 pixels is off by a twelfth of a pixel at its ends.
-extern const std::array<std::int32_t, kSineSteps> kSines;  ///< Of a full turn, times 2^kSineBits.
+extern const std::array<std::int32_t, kSineSteps> kSines;  ///< Sines of a full turn, times 2^kSineBits.
 
 /// A step of up to 256 pixels, turned and rounded to 1/256 pixel; by a turn of 0 the same.
 [[nodiscard]] inline FixedPoint turned(const FixedPoint& step, Turn turn) {
@@ -70,7 +70,7 @@ class FrameTurns {
     std::array<Turn, 3> turns = {};
   };
   const FlowFrames& frames_;
-  std::vector<Vec3> normals_;  ///< Of the frames.
+  std::vector<Vec3> normals_;  ///< Normals of the frames.
   std::vector<Beside> beside_;
 };
 

@@ -194,7 +194,7 @@ void WindowSearch::search_by_projection(const Table& table, const TexelCost& cos
 
   struct Near {
     std::int64_t distance;
-    std::int32_t index;  ///< Of a block, or a pixel.
+    std::int32_t index;  ///< Index of a block, or a pixel.
   };
   const auto is_nearer = [](const Near& a, const Near& b) { return a.distance < b.distance; };
   std::vector<Near> blocks, pixels;

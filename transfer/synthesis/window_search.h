@@ -59,7 +59,7 @@ class WindowSearch {
   const SourceLevel& source_;
   PixelSquares squares_;
   Table whole_, quarters_;
-  std::size_t num_appearances_;  ///< Of a neighborhood.
+  std::size_t num_appearances_;  ///< Number of appearances of a neighborhood.
   const ReachKernel& kernel_;
 };
 

@@ -22,7 +22,7 @@ enum class ValueType { Text, Path, Number, Integer, Numbers };
 struct ArgumentInfo {
   ArgumentKind kind = ArgumentKind::Option;
   ValueType type = ValueType::Text;
-  std::string name;                  ///< As shown: MESH, -o, --spatial-sigma.
+  std::string name;                  ///< Name as shown: MESH, -o, --spatial-sigma.
   std::string alias;                 ///< A second name of an option, "--frames"; or "".
   std::string value_name;            ///< "" for flags.
   std::string help;                  ///< With unit and range, without the default.

@@ -26,7 +26,7 @@ namespace {
 
 /// What was given for an argument other than the output.
 struct GivenInput {
-  std::string argument;  ///< As shown: "MESH", "--time-map".
+  std::string argument;  ///< Argument as shown: "MESH", "--time-map".
   std::string text;
   bool is_path = true;  ///< false: a text that may name files, such as SOURCE=MAP:2 or an expression.
 };

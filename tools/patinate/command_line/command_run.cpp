@@ -24,7 +24,7 @@ namespace patinate::cli {
 
 namespace {
 
-constexpr std::size_t kMaxLines = 20;  ///< Of notes or problems at once; nobody reads more.
+constexpr std::size_t kMaxLines = 20;  ///< Most lines of notes or problems at once; nobody reads more.
 
 long peak_megabytes() {
   rusage usage{};

@@ -15,18 +15,18 @@ namespace patinate::cli {
 /// A piece of a command's work that can be done by itself.
 struct PlannedItem {
   std::string name;
-  std::string key;                             ///< Of all that it depends on.
-  std::vector<std::filesystem::path> outputs;  ///< As they are called in the end.
+  std::string key;                             ///< Key of all that it depends on.
+  std::vector<std::filesystem::path> outputs;  ///< Outputs as they are called in the end.
   std::vector<std::size_t> waits_for;          ///< Items that have to be finished before.
   double weight = 1.0;                         ///< Its share of the work, against the others.
   bool is_finished = false;
-  std::vector<std::string> inputs = {};  ///< As JobItem's.
+  std::vector<std::string> inputs = {};  ///< Inputs as JobItem's.
 };
 
 /// A command's work as data.
 struct PlannedWork {
   std::filesystem::path output;
-  std::string key;                        ///< Of all that it depends on.
+  std::string key;                        ///< Key of all that it depends on.
   std::vector<JobDependency> depends_on;  ///< What the key is made of, as far as it is told.
   std::vector<PlannedItem> items;
   bool has_join = false;     ///< The output is made of the items by `join`; else each makes files of the output.

@@ -71,7 +71,7 @@ std::filesystem::path unwrapped_file(const std::filesystem::path& map_file) {
 /// One of the maps that are asked for.
 struct AskedMap {
   std::string kind;
-  std::vector<std::filesystem::path> files;  ///< Of its tiles.
+  std::vector<std::filesystem::path> files;  ///< Files of its tiles.
   std::string key;
 
   /// The maps, and the mesh beside an unwrapped one.

@@ -28,7 +28,7 @@ namespace {
 struct CurvesArgument {
   std::filesystem::path file;   ///< "" = no curves.
   std::string by;               ///< A control of the history; "" = the whole surface.
-  std::optional<double> bins;   ///< Of `by`; 5.
+  std::optional<double> bins;   ///< Bins of `by`; 5.
   std::vector<std::string> at;  ///< "x,y"
   void declare(CommandLine& line);
 };

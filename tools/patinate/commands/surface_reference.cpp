@@ -23,8 +23,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::array<std::string_view, 2> kAgedEndNames{"high", "low"};
-constexpr double kMaxStretch = 0.01;  ///< Of a picture's sides against the atlas'.
-constexpr double kMinKnown = 0.01;    ///< Of the covered texels: less is a mistake.
+constexpr double kMaxStretch = 0.01;  ///< Share of a picture's sides against the atlas'.
+constexpr double kMinKnown = 0.01;    ///< Share of the covered texels: less is a mistake.
 /// As they stand in the file; the others are made of linear color.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kRawChannels{
     {{"red", "R"}, {"green", "G"}, {"blue", "B"}}};

@@ -22,8 +22,8 @@ struct ReferenceOptions {
   std::string before;   ///< An image of the same kind; "" = none, or a history's first frame.
   AgedEnd aged = AgedEnd::High;
   std::string mask;            ///< 8-bit image on the UVs; "" = everywhere.
-  std::string camera;          ///< Of a photograph; "" = the picture lies on the UVs.
-  std::optional<double> time;  ///< Of a history; not given: the last frame's.
+  std::string camera;          ///< Camera of a photograph; "" = the picture lies on the UVs.
+  std::optional<double> time;  ///< Time of a history; not given: the last frame's.
 };
 void describe(OptionVisitor& v, ReferenceOptions& o);
 

@@ -8,7 +8,7 @@
 
 namespace patinate::datasets {
 
-/// What the growth needs to know about the plate, all H x W.
+/// Facts of the plate that the growth needs, all H x W.
 struct CrackleField {
   ImageF spacing_px;    ///< Crack spacing that the local thickness asks for; > 0.
   ImageF unsteadiness;  ///< [0, 1]; 1 = cracks wander most.

@@ -42,7 +42,7 @@ struct DryingOptions {
 };
 void describe(OptionVisitor& v, DryingOptions& o);
 
-/// What a place looks like at a time.
+/// Appearance of a place at a time.
 struct DryingLook {
   Vec3 albedo = Vec3::Zero();
   double wetness = 0.0;    ///< Share of the pores that hold water; [0, 1].

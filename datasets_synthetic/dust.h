@@ -20,7 +20,7 @@
 
 namespace patinate::datasets {
 
-/// What dust follows.
+/// Quantity that dust follows.
 enum class DustFollows {
   Facing,   ///< max(0, cosine) to the vertical, as facing_map(): still air, and nothing in its way.
   Exposure  ///< Share of the sky that is seen, as exposure_map(): dust comes from all over it.
@@ -60,7 +60,7 @@ struct DustPlace {
   double light = 1.0;           ///< Irradiance over that of even light.
 };
 
-/// What a place looks like at a time.
+/// Appearance of a place at a time.
 struct DustLook {
   Vec3 albedo = Vec3::Zero();
   double cover = 0.0;      ///< Share of the place under dust; [0, 1].
@@ -74,7 +74,7 @@ class DustyObject {
   /// @throws InvalidInput if an option is out of range. Cost: 8 s of one core at the defaults, for exposure.
   explicit DustyObject(const DustOptions& options, const RunControl& control = {});
 
-  /// What a pixel sees; nothing beside the urn.
+  /// Place that a pixel sees; nothing beside the urn.
   [[nodiscard]] std::optional<DustPlace> place(const Vec2& pixel) const;
   /// How many grains lie over a point on average: rate * follows^steepness * time, uneven by noise.
   [[nodiscard]] double amount(const DustPlace& place, double time_d) const;
@@ -99,7 +99,7 @@ class DustyObject {
   SmoothNoise glaze_, dust_;
 };
 
-/// What the photographs' pixels show; 0 beside the urn.
+/// Surface that the photographs' pixels show; 0 beside the urn.
 struct DustView {
   ImageU8 mask;                ///< 255 where all of the pixel shows the urn.
   ImageF position_mm, normal;  ///< x 3.

@@ -48,7 +48,7 @@ void describe(OptionVisitor& v, MoldOptions& o);
 /// The options with what `exact` means put in. @throws InvalidInput if one is out of range.
 [[nodiscard]] MoldOptions checked_mold(MoldOptions options);
 
-/// What a place of the surface looks like at a time.
+/// Appearance of a place of the surface at a time.
 struct MoldLook {
   Vec3 albedo = Vec3::Zero();
   double specular = 0.0;  ///< Strength of mold_lobe(): reflectance of the polish from straight above.
@@ -102,7 +102,7 @@ class Mold {
   [[nodiscard]] double smooth_curvature(double x, double y) const;
   /// [0, 1], of the patina. @param curvature  Of the place.
   [[nodiscard]] double progress(double x, double y, double time_d, double curvature) const;
-  /// What the patina adds to the height function, mm; twice differentiable.
+  /// Height that the patina adds to the height function, mm; twice differentiable.
   [[nodiscard]] double growth(double x, double y, double time_d) const;
   [[nodiscard]] MoldLook metal_look(double x, double y, double progress, double dull) const;
   [[nodiscard]] double bare_height(double x, double y) const;
@@ -131,7 +131,7 @@ inline constexpr double kMoldCardAlbedo = 0.45;
 /// Corners of the card's inner part in the photographs.
 [[nodiscard]] std::vector<Vec2> card_polygon(const MoldRig& rig);
 
-/// What the scanner sees at a step: a square grid of points along z, moved along z by its noise; triangles between
+/// View of the scanner at a step: a square grid of points along z, moved along z by its noise; triangles between
 /// neighbors, none over jumps; normals of the object only when there is no noise. In the scanner's frame.
 [[nodiscard]] PointCloud mold_scan(const Mold& mold, const MoldRig& rig, int step, const RunControl& control = {});
 

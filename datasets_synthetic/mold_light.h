@@ -24,7 +24,7 @@ struct MoldPhotos {
 [[nodiscard]] MoldPhotos mold_photos(const Mold& mold, const MoldRig& rig, int step, const Mesh& surface,
                                      const RunControl& control = {});
 
-/// What the pixels of the reference step's photographs show of the object; 0 beside it.
+/// Object that the pixels of the reference step's photographs show; 0 beside it.
 struct MoldView {
   ImageU8 mask;        ///< 255 where there is object.
   ImageF position_mm;  ///< x 3, in the reference step's scanner frame.

@@ -10,7 +10,7 @@
 
 namespace patinate::datasets {
 
-/// As in make_panel(). @param frame  [0, num_frames).
+/// Makes a frame as make_panel() does. @param frame  [0, num_frames).
 [[nodiscard]] PanelFrame panel_frame(const PanelLayout& layout, int frame, const RunControl& control = {});
 [[nodiscard]] PanelFigures panel_figures(const PanelLayout& layout, const PanelMarks& marks, double hours);
 [[nodiscard]] std::vector<PanelSpot> panel_spots(const PanelLayout& layout);

@@ -24,12 +24,12 @@ struct PanelLayout {
   Stains stains;
   RustTexture rust;
   ImageF grain = {};   ///< Relative unevenness of the paint's color; mean 0 in the test area.
-  ImageF uneven = {};  ///< The same of how far its color has changed.
+  ImageF uneven = {};  ///< Unevenness of the color's change.
 };
 /// @throws InvalidInput as check_panel().
 [[nodiscard]] PanelLayout lay_out_panel(const PanelOptions& options, const RunControl& control = {});
 
-/// What is on the panel at a time.
+/// Marks on the panel at a time.
 struct PanelMarks {
   Marks rust;                        ///< Spots and edge rust.
   std::optional<Marks> scribe = {};  ///< The cut and what has crept from it.

@@ -16,7 +16,7 @@ namespace patinate::datasets {
 /// each pixel cracks and rust by their shares.
 [[nodiscard]] ImageF panel_light(const PanelLayout& layout, const PanelMarks& marks, double hours,
                                  const RunControl& control = {});
-/// What a camera makes of it: blurred, then 8-bit sRGB codes with noise from (seed, frame, row). Codes are within 0.01
+/// Photograph of it: blurred, then 8-bit sRGB codes with noise from (seed, frame, row). Codes are within 0.01
 /// of the formula before rounding.
 [[nodiscard]] ImageU8 panel_photo(const ImageF& light, const PanelOptions& o, int frame,
                                   const RunControl& control = {});

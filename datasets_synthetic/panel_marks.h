@@ -48,9 +48,9 @@ struct Marks {
 [[nodiscard]] Marks draw_spots(const std::vector<SpotOutline>& spots, const PanelOptions& o, bool is_edge, double hours,
                                double scale, bool wants_inside, const RunControl& control);
 
-/// Of the test area's middle, a few degrees from upright. Its creep is uneven, and tapers off at its ends.
+/// Scribe at the test area's middle, a few degrees from upright. Its creep is uneven, and tapers off at its ends.
 [[nodiscard]] PanelScribe make_scribe(const PanelOptions& o);
-/// Of both sides at the end, mm.
+/// Largest creep of both sides at the end, mm.
 [[nodiscard]] double largest_creep(const PanelScribe& scribe);
 /// The cut and what has crept from it.
 [[nodiscard]] Marks draw_scribe(const PanelScribe& scribe, const PanelOptions& o, double hours,

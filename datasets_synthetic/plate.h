@@ -34,7 +34,7 @@ struct PlateOptions {
 };
 void describe(OptionVisitor& v, PlateOptions& o);
 
-/// What a place looks like at a time.
+/// Appearance of a place at a time.
 struct PlateLook {
   Vec3 albedo = Vec3::Zero();
   double patina = 0.0;            ///< Share of the place that it covers, [0, 1].

@@ -20,7 +20,7 @@
 
 namespace patinate::datasets {
 
-/// What all items of a plan need: made when the first asks for it, without progress, and shared.
+/// Object that all items of a plan need: made when the first asks for it, without progress, and shared.
 template <class T>
 class MadeOnce {
  public:
@@ -47,7 +47,7 @@ struct ProjectDocument {
 /// Plan of a data set, still without items. Its last document is the manifest, and says the plan's key.
 [[nodiscard]] JobPlan plan_project(const JobInputs& inputs, const std::filesystem::path& output,
                                    std::vector<ProjectDocument> documents);
-/// The same of a capture project with its truth: `capture.json` and `truth/truth.json`.
+/// Plans a capture project with its truth: `capture.json` and `truth/truth.json`.
 [[nodiscard]] JobPlan plan_capture(const JobInputs& inputs, const std::filesystem::path& output,
                                    std::function<Json(const RunControl&)> capture,
                                    std::function<Json(const RunControl&)> truth);
@@ -71,7 +71,7 @@ void save_truth_map(const std::filesystem::path& file, const ImageF& values, con
 [[nodiscard]] Json vector_json(const Vec3& v);
 /// Rows of a matrix.
 [[nodiscard]] Json matrix_json(const Eigen::MatrixXd& m);
-/// As `camera` of a capture project has it.
+/// The camera as `camera` of a capture project has it.
 [[nodiscard]] Json camera_json(const Camera& camera);
 
 /// capture.json of a fixed camera, without `frames`.

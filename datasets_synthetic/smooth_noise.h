@@ -9,7 +9,7 @@
 
 namespace patinate::datasets {
 
-/// Of the four lattice points around a place of a cubic B-spline. @param f  [0, 1), behind the second.
+/// Weights of the four lattice points around a place of a cubic B-spline. @param f  [0, 1), behind the second.
 [[nodiscard]] std::array<double, 4> cubic_weights(double f);
 
 /// 0 below `low`, 1 above `high`, between them once differentiable.

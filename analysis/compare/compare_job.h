@@ -18,7 +18,7 @@ struct CompareTask {
   std::filesystem::path a, b;     ///< Histories or transfers.
   std::filesystem::path through;  ///< A transfer that A is looked up through; "" = none.
   CompareOptions options;
-  std::string command;  ///< What repeats it, for the report; no part of the key.
+  std::string command;  ///< Command that repeats it, for the report; no part of the key.
 };
 
 /// Opens both sides at once. @throws InvalidInput, IoError.

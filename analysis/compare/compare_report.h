@@ -22,7 +22,7 @@ struct CompareProvenance {
 
 /// "5 frames, 0 to 480 min".
 [[nodiscard]] std::string times_text(const HistoryFacts& facts);
-/// What a report says of a side.
+/// Facts of a side that a report states.
 struct ComparedSide {
   std::string name, origin;
   int width = 0, height = 0;

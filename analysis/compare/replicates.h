@@ -23,7 +23,7 @@ struct PairDistance {
   std::optional<double> value = {};
   std::string undefined = {};  ///< Why there is no value; "" when there is one.
 };
-/// What a comparison of the two says that is such a distance: figures of the pair as they are (SSIM as 1 - SSIM), and
+/// Figures of a comparison of the two that are distances: figures of the pair as they are (SSIM as 1 - SSIM), and
 /// of figures of each side the absolute difference. Left out is what has a direction (clock, delay), medians beside
 /// the distance of their distributions, and cracks by halves of a control.
 [[nodiscard]] std::vector<PairDistance> pair_distances(const ComparedPair& pair, const CompareOptions& options,

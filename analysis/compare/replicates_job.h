@@ -15,9 +15,9 @@ inline constexpr const char* kReplicateDistancesFile = "distances.csv";
 
 struct ReplicatesTask {
   std::vector<std::filesystem::path> a, b;  ///< Histories or transfers; two or more each.
-  std::vector<std::string> names;           ///< What they are called on the page: those of A, then those of B.
+  std::vector<std::string> names;           ///< Names on the page: those of A, then those of B.
   CompareOptions options;
-  std::string command;  ///< What repeats it, for the report; no part of the key.
+  std::string command;  ///< Command that repeats it, for the report; no part of the key.
 };
 
 /// Every pair is an item with a key of its own: what is added later leaves finished pairs as they are, as long as the

@@ -21,7 +21,7 @@ struct ReplicatesProvenance {
   std::string key;
 };
 
-/// What the p values come to, a sentence each.
+/// Conclusions from the p values, a sentence each.
 [[nodiscard]] std::vector<std::string> replicate_verdict(const ReplicateComparison& comparison);
 
 /// Writes report.html (everything inside), report.json, figures.csv and distances.csv.

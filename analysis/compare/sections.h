@@ -31,8 +31,8 @@ namespace patinate::analysis {
 [[nodiscard]] Section controls_section(const ComparedPair& pair, const CompareOptions& options,
                                        const RunControl& control = {});
 
-/// What the two are made of beside their color: roughness, metalness, reflectance and height over time, and how far
-/// their BRDFs are apart. Says something only where a side states a material (states_material()).
+/// Compares the materials of the two beside their color: roughness, metalness, reflectance and height over time, and
+/// how far their BRDFs are apart. Says something only where a side states a material (states_material()).
 [[nodiscard]] Section materials_section(const ComparedPair& pair, const CompareOptions& options,
                                         const RunControl& control = {});
 

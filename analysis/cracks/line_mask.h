@@ -9,14 +9,14 @@ namespace patinate::analysis {
 
 enum class LineKind { Dark, Bright };
 
-/// What a closing by a square of 2 reach_px + 1 adds to dark lines narrower than it, or an opening takes from bright
-/// ones: lightness by which they differ from what surrounds them, >= 0; 0 outside.
+/// Contrast that a closing by a square of 2 reach_px + 1 adds to dark lines narrower than it, or an opening takes from
+/// bright ones: lightness by which they differ from what surrounds them, >= 0; 0 outside.
 /// @param lightness  H x W, L*. @param mask  H x W, 0 = outside, which has no influence; may be empty.
 /// @param reach_px   [1, 100]. @throws InvalidInput if sizes differ or the reach is out of range.
 [[nodiscard]] ImageF line_contrast(const ImageF& lightness, const ImageU8& mask, LineKind kind, int reach_px,
                                    const RunControl& control = {});
 
-/// What has a contrast of at least `threshold` (> 0) in 8-connected parts of at least `least_area_px`. 0 / 255.
+/// Parts with a contrast of at least `threshold` (> 0), 8-connected, of at least `least_area_px`. 0 / 255.
 [[nodiscard]] ImageU8 lines_at(const ImageF& contrast, double threshold, int least_area_px);
 
 /// Settings of find_cracks().

@@ -24,7 +24,7 @@ struct EvaluationOptions {
 };
 void describe(OptionVisitor& v, EvaluationOptions& o);
 
-/// What a tool says its result is; M9 tells whether the coordinates explain it.
+/// Picture that a tool presents as its result; M9 tells whether the coordinates explain it.
 struct MadePicture {
   std::size_t frame = 0;  ///< Frame of the source.
   ImageF codes;           ///< H x W x 3, sRGB codes in [0, 255].
@@ -35,7 +35,7 @@ struct Evaluation {
   std::string name;
   std::vector<Figure> figures;
   std::vector<Picture> pictures;
-  std::vector<LineFigures> lines;  ///< What the figures of lines (M11) are means of.
+  std::vector<LineFigures> lines;  ///< Figures of lines (M11), whose means are reported.
   std::string hash;                ///< M10: of the rounded coordinates; equal maps have equal ones.
 };
 

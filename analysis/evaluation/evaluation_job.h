@@ -24,7 +24,7 @@ struct MapToEvaluate {
   SynthesisSource source;
   SynthesizedMap map;
   std::optional<MadePicture> made;
-  std::vector<Figure> more;  ///< What its maker knows beside: energy, audit (M1). Shown first.
+  std::vector<Figure> more;  ///< Further figures that its maker knows: energy, audit (M1). Shown first.
 };
 
 /// One map that is opened when its turn comes.
@@ -39,7 +39,7 @@ struct EvaluationTask {
   std::vector<EvaluationItem> maps;  ///< At least one.
   EvaluationOptions options;
   std::uint64_t seed = 1;
-  std::string command;  ///< What repeats it, for the report; no part of the key.
+  std::string command;  ///< Command that repeats it, for the report; no part of the key.
 };
 
 /// An item a map.

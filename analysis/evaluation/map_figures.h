@@ -42,7 +42,7 @@ struct BorderSums {
 
 inline constexpr double kShownControlError = 0.25;  ///< At the light end of the map of control errors.
 
-/// Of |P(s(t)) - Q(t)|, in bins of 2^-16.
+/// Sums of |P(s(t)) - Q(t)|, in bins of 2^-16.
 struct ErrorSums {
   double sum = 0.0;
   ValueCounts counts{1.0 / 65536.0};
@@ -50,7 +50,7 @@ struct ErrorSums {
   void add(const ErrorSums& other);
 };
 
-/// Of one of the source's frames.
+/// Sums of one of the source's frames.
 struct FrameSums {
   ValueCounts gradients;
   SpectrumSums spectrum;
@@ -58,7 +58,7 @@ struct FrameSums {
   void add(const FrameSums& other);
 };
 
-/// What is measured of parts; that of all of them, added in their order, is the map's.
+/// Figures measured of parts; those of all parts, added in their order, are the map's.
 struct MapSums {
   std::vector<std::string> hashes;  ///< One a part: of its rounded coordinates.
   ErrorSums error, smooth_error;    ///< The second after a Gaussian of 3 px.
@@ -81,7 +81,7 @@ struct MapFacts {
   std::string name;
   std::shared_ptr<const TexelMap> surface;   ///< With its figures.
   std::shared_ptr<const FlowFrames> frames;  ///< One a triangle.
-  bool has_control = false;                  ///< What was wanted is known.
+  bool has_control = false;                  ///< The wanted control is known.
   std::vector<std::int16_t> turns = {};      ///< Turns as SynthesizedMap's.
 };
 

@@ -17,7 +17,7 @@ namespace patinate::analysis {
 inline constexpr std::size_t kNumLineThresholds = 3;
 using LineStructures = std::array<LineStructure, kNumLineThresholds>;  ///< One a threshold.
 
-/// What is measured in texels, where a pixel of the source has one or more.
+/// Lengths and areas in texels, where a pixel of the source has one or more.
 struct LineScale {
   int reach = 0, least_area = 0;
   double least_run = 0.0;  ///< Pixels of line for a dead end.
@@ -26,7 +26,7 @@ struct LineScale {
   explicit LineScale(double pixels_per_texel);
 };
 
-/// What lines are found in.
+/// Picture that lines are found in.
 struct Ground {
   ImageF lightness;  ///< L*.
   ImageU8 mask;      ///< 0 = outside.
@@ -39,7 +39,7 @@ struct Ground {
 
 /// Upper ends of the first three quarters of a control's values.
 [[nodiscard]] std::array<float, 3> quarters_of(const ImageF& control, const ImageU8& mask);
-/// Which quarter, 0 to 3.
+/// Number of the quarter, 0 to 3.
 [[nodiscard]] ImageU8 in_quarters(const ImageF& control, const std::array<float, 3>& ends);
 
 /// The charts of a part, each in its own picture. @param lightness,quarter  Of its rectangle; `quarter` may be empty.
@@ -58,7 +58,7 @@ struct SourceLines {
 
 [[nodiscard]] LineStructures measured(const std::vector<Ground>& charts, const SourceLines& lines,
                                       const LineScale& scale, const RunControl& control);
-/// What is found in charts that show the source as it is.
+/// Lines found in charts that show the source as it is.
 struct CutSource {
   LineStructures structures;
   /// By threshold: pixels of the source's lines that lie in charts, and those that are found there. Along the border of

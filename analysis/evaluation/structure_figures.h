@@ -40,7 +40,7 @@ struct StructureFigures {
   std::vector<LineFigures> lines;
 };
 
-/// Of one kind of lines in a part.
+/// Sums of one kind of lines in a part.
 struct LineSums {
   LineStructures made, crops;              ///< By threshold; of charts cut out of the source's corners.
   LineStructures windows, source_windows;  ///< Of windows on the surface, and of the source's (surface_windows.h).
@@ -48,7 +48,7 @@ struct LineSums {
 
   void add(const LineSums& other);
 };
-/// Of all kinds that the source has.
+/// Sums of all kinds that the source has.
 struct StructureSums {
   std::vector<LineSums> kinds;
   WantedCounts wanted = {};  ///< 0 without controls on both sides.

@@ -10,9 +10,10 @@
 namespace patinate::analysis {
 
 inline constexpr int kWindowSide = 113;  ///< Texels. Cells of cracks close within it; few windows meet themselves.
-inline constexpr int kNumWindows = 100;  ///< Of a whole map, about: two draws differ by a tenth in dead ends.
+inline constexpr int kNumWindows =
+    100;  ///< Number of windows of a whole map, about: two draws differ by a tenth in dead ends.
 
-/// What windows of the source are cut from.
+/// Source that windows are cut from.
 struct WindowSource {
   const ImageF& lightness;        ///< L* of the source's own pixels.
   const ImageU8& mask;            ///< 0 = outside; may be empty.

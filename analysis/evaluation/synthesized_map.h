@@ -20,10 +20,10 @@
 
 namespace patinate::analysis {
 
-/// What is copied from.
+/// Source of the copied pixels.
 struct SynthesisSource {
   std::vector<ImageF> frames;  ///< H x W x 3, sRGB codes in [0, 255]: the times that are looked at.
-  ImageU8 mask;                ///< What may be copied; may be empty.
+  ImageU8 mask;                ///< Pixels that may be copied; may be empty.
   ImageF control;              ///< H x W x 1 in [0, 1]; may be empty.
   double pixel_mm = 1.0;       ///< Surface length of a pixel, on the destination.
 
@@ -43,7 +43,7 @@ struct SynthesizedMap {
   std::vector<std::int16_t> turns = {};  ///< Of each texel's piece against them (transfer::SourcePlace); empty: all 0.
 };
 
-/// Which way the source lies on a surface. What it is made of must outlive it.
+/// Orientation of the source on a surface. Its parts must outlive it.
 struct SourceAxes {
   const FlowFrames& frames;                  ///< One a triangle.
   std::span<const std::int16_t> turns = {};  ///< One a texel; empty: all 0.
@@ -59,7 +59,7 @@ struct SourceAxes {
 using CoordinateVisitor = std::function<void(int y, std::span<const float> row)>;
 /// Reads a rectangle of a coordinate map that lies inside one tile or in its margins, row by row.
 using CoordinateReader = std::function<void(const TexelRect& rect, const CoordinateVisitor& visit)>;
-/// Of a map in memory, which must outlive it.
+/// Reader of a map in memory, which must outlive it.
 [[nodiscard]] CoordinateReader reader_of(const ImageF& coordinates);
 
 /// Two texels side by side on the surface.
@@ -101,7 +101,7 @@ class SourceIndices {
   int width_, height_;
 };
 
-/// What has to be known of all parts before one can be measured.
+/// Counts of all parts that are needed before one can be measured.
 struct PartCounts {
   std::int64_t texels = 0;   ///< Covered ones.
   std::int64_t patches = 0;  ///< Places of whole 7 x 7 patches inside one chart.
@@ -139,7 +139,7 @@ struct MapPart {
   [[nodiscard]] ImageU8 coverage() const;
   /// The value of the source's nearest pixel for each texel of the rectangle, 0 where none is covered.
   [[nodiscard]] ImageF gathered(const ImageF& source) const;
-  /// The same between pixels, as lookups show it. @param source  Of one channel.
+  /// Looks up between pixels, as lookups show it. @param source  Of one channel.
   [[nodiscard]] ImageF looked_up(const ImageF& source) const;
 };
 

@@ -17,7 +17,7 @@ struct TextureDistanceOptions {
   std::uint64_t seed = 1;
 };
 
-/// What was drawn of a map: source pixels of patches row by row, and of texels with their controls, by the number of
+/// Draws from a map: source pixels of patches row by row, and of texels with their controls, by the number of
 /// the draw. Those that lie in a part are told by it.
 struct TextureDraws {
   std::vector<std::int64_t> patch_numbers, texel_numbers;
@@ -37,7 +37,8 @@ struct TextureDraws {
 [[nodiscard]] std::optional<double> patch_distance(const SynthesisSource& source, const ImageF& frame,
                                                    const TextureDraws* made, const TextureDistanceOptions& options,
                                                    const RunControl& control = {});
-/// The same of (R, G, B, 255 P): whether color and control still go together. @throws InvalidInput without controls.
+/// Joint distance of (R, G, B, 255 P): whether color and control still go together. @throws InvalidInput without
+/// controls.
 [[nodiscard]] std::optional<double> joint_distance(const SynthesisSource& source, const ImageF& frame,
                                                    const TextureDraws* made, const TextureDistanceOptions& options,
                                                    const RunControl& control = {});

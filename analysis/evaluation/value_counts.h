@@ -44,7 +44,7 @@ class ValueCounts {
   [[nodiscard]] double at_rank(std::int64_t rank) const { return at_ranks({rank}).front(); }
 
  private:
-  static constexpr std::size_t kMostBins = std::size_t{1} << 23;  ///< What is larger counts as the largest.
+  static constexpr std::size_t kMostBins = std::size_t{1} << 23;  ///< Larger values count as the largest.
   double width_ = 1.0;
   std::int64_t total_ = 0;
   std::vector<std::int64_t> counts_;

@@ -58,7 +58,7 @@ struct ExplanationFigures {
 
 struct ExplainedCandidate {
   std::string name;
-  bool is_even = false;  ///< The same at all places: it can explain nothing, and has no figures.
+  bool is_even = false;  ///< Equal at all places: it can explain nothing, and has no figures.
   ExplanationFigures figures = {};
 };
 
@@ -66,8 +66,8 @@ struct ExplainedCandidate {
 struct ExplainedMix {
   Mix members;             ///< Into ExplanationInput::candidates; empty when all are even.
   std::string expression;  ///< mix_expression().
-  /// Of the expression's values. Of several members p comes of the whole search, repeated for every shuffled reference,
-  /// and needs no correction; a single one has its own figures, the correlation without sign.
+  /// Figures of the expression's values. With several members, p comes of the whole search, repeated for every shuffled
+  /// reference, and needs no correction; a single one has its own figures, the correlation without sign.
   ExplanationFigures figures;
   double left_out_correlation = 0.0;  ///< Rank correlation of what mixes of the other parts predict of each left out
                                       ///< part: what to expect of another surface aged the same way.

@@ -19,7 +19,7 @@ inline constexpr const char* kExplanationFile = "explanation.json";
 inline constexpr const char* kExplanationPageFile = "report.html";
 inline constexpr const char* kExplanationTableFile = "figures.csv";
 
-/// What is to be explained, on the atlas of the mesh.
+/// Reference that is to be explained, on the atlas of the mesh.
 struct SurfaceReference {
   ImageF values;        ///< H x W x 1, finite: how aged each texel is; any unit, the high end is the aged one.
   ImageU8 mask;         ///< 0 = not known; empty = known everywhere.
@@ -27,7 +27,7 @@ struct SurfaceReference {
   std::string name{};   ///< \"aged.jpg\"
   std::string about{};  ///< "luminance of aged.jpg; its low end counts as aged"
   std::string key{};    ///< Content key of all this.
-  std::vector<std::string> notes = {};  ///< What a user should know, whole sentences without a full stop.
+  std::vector<std::string> notes = {};  ///< Notes for the user, whole sentences without a full stop.
 };
 
 /// A control map that may explain it.
@@ -35,7 +35,7 @@ struct ExplainingControl {
   std::string name;  ///< Name as an expression says it.
   std::string key;   ///< Content key of its map.
   std::function<ControlMap(const RunControl&)> make;
-  std::vector<std::string> options = {};  ///< What any command needs beside the name: " --up 0,0,1".
+  std::vector<std::string> options = {};  ///< Options that any command needs beside the name: " --up 0,0,1".
   bool may_fail = false;                  ///< InvalidInput then makes it a skipped one with a reason, and not the end.
 };
 
@@ -48,7 +48,7 @@ struct ExplanationTask {
   ExplanationOptions options;
   std::uint64_t seed = 0;
   bool is_z_up = false;  ///< For pictures.
-  std::string command;   ///< What repeats it, for the report; no part of the key.
+  std::string command;   ///< Command that repeats it, for the report; no part of the key.
 };
 
 /// @throws InvalidInput if an option is out of range, there is no control, two share a name, the reference has not the

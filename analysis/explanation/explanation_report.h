@@ -37,7 +37,7 @@ struct ExplanationReport {
 /// "`height` explains it: ..." or that nothing does: one sentence.
 [[nodiscard]] std::string verdict_text(const Explanation& found);
 
-/// What explanation.json says, as others need it.
+/// Content of explanation.json that others need.
 struct ExplanationManifest {
   struct Candidate {
     std::string name;

@@ -17,7 +17,7 @@ class RankedValues {
   [[nodiscard]] std::size_t size() const { return order_.size(); }
   /// [0, size - 1].
   [[nodiscard]] std::vector<double> ranks() const;
-  /// As if each value stood in the list as often as its weight says. @param weights  >= 0, as many as values.
+  /// Ranks as if each value stood in the list as often as its weight says. @param weights  >= 0, as many as values.
   [[nodiscard]] std::vector<double> ranks(std::span<const int> weights) const;
 
  private:

@@ -55,7 +55,7 @@ class MixProblem {
   std::vector<double> count_;               ///< Samples of each part.
 };
 
-/// The same members with the weights that their values, which maps have in place of ranks, ask for: least squares
+/// Gives the same members the weights that their values, which maps have in place of ranks, ask for: least squares
 /// against the reference's ranks, or where that would turn one round, as strong as among ranks. Whole hundredths that
 /// sum to 1, the heaviest first. @param chosen  Not empty. @param values  Of the candidates, in [0, 1].
 [[nodiscard]] Mix weighted_mix(const Mix& chosen, const std::vector<std::vector<double>>& values,

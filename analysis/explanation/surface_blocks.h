@@ -25,7 +25,7 @@ struct SurfaceBlocks {
   std::vector<std::vector<std::uint32_t>> members;  ///< Samples of each block, ascending; none is empty.
   double edge_mm = 0.0;                             ///< Side of a square of a block's mean area.
 
-  /// The same for block_standard_errors(). @param num_samples  Of all blocks together.
+  /// Grid for block_standard_errors(). @param num_samples  Of all blocks together.
   [[nodiscard]] BlockGrid grid(std::size_t num_samples) const;
 };
 
@@ -42,8 +42,8 @@ inline constexpr std::size_t kNumDistanceSteps = 128;  ///< Steps of the correla
 struct Correlograms {
   double step_mm = 0.0;                                      ///< Pairs of step k lie [k, k + 1) of it apart.
   std::array<std::uint64_t, kNumDistanceSteps> num_pairs{};  ///< Number of pairs of each step.
-  std::vector<std::array<double, kNumDistanceSteps>> mean;   ///< Of each list: the mean product of standardized values.
-  std::size_t num_places = 0;                                ///< That were looked at: at most 2,000.
+  std::vector<std::array<double, kNumDistanceSteps>> mean;  ///< For each list: the mean product of standardized values.
+  std::size_t num_places = 0;                               ///< That were looked at: at most 2,000.
 
   /// Where values of a list no longer know of each other: the first step whose mean product is below 0.1; half of the
   /// greatest distance if there is none.

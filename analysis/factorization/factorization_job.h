@@ -67,7 +67,7 @@ struct FactorizationTask {
   FactorizationOptions options = {};
   std::vector<double> times =
       {};  ///< Of frames that the denoised history gets beside those of the frames, in the history's unit.
-  std::string command = {};  ///< What repeats it, for the page; no part of the key.
+  std::string command = {};  ///< Command that repeats it, for the page; no part of the key.
 };
 
 /// Opens the history at once. Of a map, the denoised history has the frames of its source with that map without noise.
@@ -75,7 +75,7 @@ struct FactorizationTask {
 /// options), IoError.
 [[nodiscard]] JobPlan plan_factorization(FactorizationTask task, const std::filesystem::path& output);
 
-/// What factorization.json says, as far as others need it.
+/// Content of factorization.json that others need.
 struct FactorizationManifest {
   std::string name;
   int width = 0, height = 0;

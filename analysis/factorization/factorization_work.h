@@ -28,7 +28,7 @@ struct FactorizationWork {
 
   FactorizationTask task;
   HistoryReader history;
-  std::optional<QuantityHistory> map;  ///< What is taken apart where it is not the color.
+  std::optional<QuantityHistory> map;  ///< Quantity that is factorized where it is not the color.
   ImageU8 mask;
   std::vector<FactoredFrame> frames;  ///< By time.
   std::string key;                    ///< Key of the whole plan.
@@ -69,7 +69,7 @@ struct FactorizationWork {
 void make_curve(FactorizationWork& work, const std::filesystem::path& folder, const RunControl& control);
 /// Writes how well a curve that had not seen the last frames foretells them: .job/work/forecast.json.
 void make_forecast_file(FactorizationWork& work, const std::filesystem::path& folder, const RunControl& control);
-/// What that wrote; nothing where it was not asked for.
+/// Reads the forecast that it wrote; nothing where none was asked for.
 [[nodiscard]] std::optional<Forecast> read_forecast(const FactorizationWork& work, const std::filesystem::path& folder);
 /// Writes a band of factors: .job/work/rows.K.exr.
 void make_rows(FactorizationWork& work, int band, const std::filesystem::path& folder, const RunControl& control);
@@ -82,7 +82,7 @@ void make_maps(FactorizationWork& work, const std::filesystem::path& folder);
 /// Writes a frame of the history and .job/work/frame.K.json: how far it is from the frame that it stands for.
 void make_frame(FactorizationWork& work, int index, const std::filesystem::path& folder, const RunControl& control);
 
-/// What a frame of the denoised history has beside its color: its mask, and maps; relative to the history.
+/// Files that a frame of the denoised history has beside its color: its mask, and maps; relative to the history.
 [[nodiscard]] std::vector<std::filesystem::path> files_beside(const FactorizationWork& work, int index);
 
 /// Names and files of the maps, relative to the output.

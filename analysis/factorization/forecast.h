@@ -14,11 +14,11 @@ namespace patinate::analysis {
 struct Forecast {
   int num_held = 0;            ///< Times that it did not see.
   double curve = 0.0;          ///< CIEDE2000 of its colors there, in the mean.
-  double last = 0.0;           ///< The same of its colors at the last time that it saw, held.
+  double last = 0.0;           ///< Error of its colors at the last time that it saw, held.
   std::string undefined = "";  ///< Why nothing can be said; then there is no skill.
   [[nodiscard]] bool has_skill() const { return undefined.empty() && curve < last; }
 };
-/// Of places that are seen and do not change otherwise.
+/// Tests the forecast on places that are seen and do not change otherwise.
 /// @param places  Of 3 channels. Cost: as factorize().
 [[nodiscard]] Forecast make_forecast(const PlaceSeries& places, const FactorizationOptions& options,
                                      const RunControl& control = {});

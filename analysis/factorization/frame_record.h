@@ -21,7 +21,7 @@ struct FrameError {
 struct FrameRecord {
   double time = 0.0;                    ///< In the history's unit.
   std::optional<double> covered_share;  ///< Of what changes, [0, 1]; given where the frame is extrapolated.
-  bool is_held = false;                 ///< What was seen last: the curve foretells nothing better.
+  bool is_held = false;                 ///< Holds the last frame seen: the curve predicts nothing better.
   std::optional<FrameError> error;      ///< Nothing where no frame of the history shows a place that is known.
 };
 

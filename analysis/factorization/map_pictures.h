@@ -10,7 +10,7 @@
 
 namespace patinate::analysis {
 
-/// As large as a page shows it.
+/// Reduces a picture to the size that a page shows.
 [[nodiscard]] ImageF shown(ImageF image);
 
 /// A map at some times, in the history and as the factors make it: black to white over what the history knows.

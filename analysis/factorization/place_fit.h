@@ -37,7 +37,7 @@ class PlaceFit {
   const std::vector<double>& times_;
   FactorizationOptions options_;
   double middle_ = 0.0, span_ = 1.0;
-  std::vector<double> scale_ = {};  ///< What a residual of each channel is measured by.
+  std::vector<double> scale_ = {};  ///< Scale of the residuals of each channel.
   std::vector<Clock> grid_;
   std::vector<Eigen::MatrixXf>
       templates_;  ///< For each channel, grid x T: the curve under every clock of the grid, mean 0, length 1.

@@ -26,7 +26,7 @@ struct CurveBasis {
 [[nodiscard]] std::vector<double> fitted_curve(double low, double high, int num_intervals,
                                                std::span<const double> clocks, std::span<const double> values);
 
-/// The same curve (as nearly as its intervals allow) on another domain.
+/// Moves the curve (as nearly as its intervals allow) to another domain.
 [[nodiscard]] TemporalCurve moved_curve(const TemporalCurve& curve, double low, double high, int num_intervals);
 
 }  // namespace patinate::analysis

@@ -37,7 +37,7 @@ struct BootstrapOptions {
   int resamples = 200;
   std::uint64_t seed = 0;
   std::uint32_t purpose = 0;  ///< Keeps the draws of several figures apart.
-  bool is_paired = false;     ///< The same blocks are drawn in both surfaces: they show the same places.
+  bool is_paired = false;     ///< Draws the same blocks in both surfaces: they show the same places.
 };
 
 /// Where a distance lies.

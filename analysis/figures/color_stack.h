@@ -73,9 +73,9 @@ struct SurfaceSource {
   std::optional<double> pixel_mm = {};
   std::function<ImageF(double time)> sample =
       {};  ///< H x W x 3, linear, of the mask's size; called by several threads.
-  std::function<ImageF(double time)> deviation = {};  ///< The same of how certain it is; may be empty.
+  std::function<ImageF(double time)> deviation = {};  ///< Standard deviation of the image at a time; may be empty.
 };
-/// The same of any source. @param scaled  Of the stack.
+/// Makes a stack of any source. @param scaled  Of the stack.
 [[nodiscard]] ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& times, StackSize scaled,
                                     const RunControl& control = {});
 /// Size of a stack whose longer side has at most `size` pixels (0: as it is).

@@ -42,7 +42,7 @@ struct NamedFacts {
   std::string name;  ///< "A", for what is said about it.
   const HistoryFacts* facts = nullptr;
 };
-/// The same of any number of histories, the first of which is A.
+/// Common times of any number of histories, the first of which is A.
 struct GroupTimes {
   std::vector<double> clock;
   std::vector<std::vector<double>> of;  ///< [history]: in its own unit.
@@ -50,14 +50,14 @@ struct GroupTimes {
 /// @throws InvalidInput if they have no time in common, or there is none.
 [[nodiscard]] GroupTimes common_times(const std::vector<NamedFacts>& histories, const CompareOptions& options);
 
-/// What of a comparison is likely not meant: less than half of a side's time is compared.
+/// Warns where a comparison is likely not meant: less than half of a side's time is compared.
 [[nodiscard]] std::vector<std::string> pair_warnings(const HistoryFacts& a, const HistoryFacts& b,
                                                      const CompareOptions& options);
-/// The same of any number of histories.
+/// Warns in the same way about any number of histories.
 [[nodiscard]] std::vector<std::string> time_warnings(const std::vector<NamedFacts>& histories,
                                                      const CompareOptions& options);
 
-/// What decides at which size a surface is compared.
+/// Facts that decide at which size a surface is compared.
 struct SurfaceExtent {
   int width = 0;
   int height = 0;

@@ -34,12 +34,12 @@ struct Labelings {
 /// @param distances  Of all pairs, see pair_index(). Cost: O(labelings x pairs).
 [[nodiscard]] std::vector<double> squared_gaps(std::span<const double> distances, const Labelings& labelings);
 
-/// What distances say about two groups.
+/// Differences of two groups, from distances.
 struct GroupDifference {
   double between = 0.0;   ///< Root mean square distance of a member of A and one of B.
-  double within_a = 0.0;  ///< The same of two members of A.
+  double within_a = 0.0;  ///< Mean distance of two members of A.
   double within_b = 0.0;
-  double gap = 0.0;       ///< What `between` has more than both, in squares; 0 where it has less.
+  double gap = 0.0;       ///< Excess of `between` over both, in squares; 0 where it is less.
   double spread_a = 0.0;  ///< Standard deviation of one member: within_a / sqrt(2).
   double spread_b = 0.0;
   double spread = 0.0;             ///< Spread of both, by their degrees of freedom.

@@ -9,7 +9,7 @@
 
 namespace patinate::analysis {
 
-/// What is arbitrary about heights.
+/// Arbitrary part of heights.
 enum class HeightBase {
   Mean,  ///< Where zero is.
   Plane  ///< And how the surface lay: its tilt, as levelling takes it out [ISO 25178-2, F-operation].
@@ -19,7 +19,7 @@ enum class HeightBase {
 /// an atlas, stand on a mesh, whose texels lie on no plane: Mean.
 [[nodiscard]] HeightBase height_base_of(const TextureSeries& series);
 
-/// What take_base() took.
+/// Base that take_base() removed.
 struct TakenBase {
   HeightBase kind = HeightBase::Mean;
   double mean_mm = 0.0;  ///< Mean of the first time.

@@ -19,7 +19,7 @@ struct MaterialStack {
   std::vector<float> base, specular;        ///< x 3, linear: color, and reflectance at normal incidence of no metal.
   std::vector<float> height;                ///< mm; empty where the history knows none.
 
-  /// What is reflected at normal incidence, mean of the channels. @param at  time * num_texels + texel.
+  /// Reflectance at normal incidence, mean of the channels. @param at  time * num_texels + texel.
   [[nodiscard]] float reflectance(std::size_t at) const;
 };
 

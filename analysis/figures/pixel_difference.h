@@ -11,7 +11,7 @@
 
 namespace patinate::analysis {
 
-/// Of one compared time.
+/// Difference at one compared time.
 struct PixelDifference {
   double ciede2000_mean = 0.0;
   double ciede2000_median = 0.0;
@@ -29,7 +29,7 @@ struct PixelDifference {
 [[nodiscard]] std::vector<PixelDifference> pixel_differences(const ColorStack& a, const ColorStack& b,
                                                              const RunControl& control = {});
 
-/// What the deviations that captures state make of their differences.
+/// Differences that the stated deviations of captures alone would cause.
 struct StatedNoise {
   double ciede2000 = 0.0;     ///< Mean that equal surfaces would show by their deviations alone.
   double beyond_share = 0.0;  ///< Share of places and times that differ by more than 99 % of equal ones would.

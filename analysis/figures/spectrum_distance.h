@@ -10,7 +10,7 @@ namespace patinate::analysis {
 /// Power over frequencies that are half an octave apart, as SpatialStructure gives them; both lists may be empty.
 struct Spectrum {
   std::vector<double> frequencies;  ///< Cycles per pixel, ascending.
-  std::vector<double> power;        ///< As many, >= 0.
+  std::vector<double> power;        ///< Power of each frequency, >= 0.
 };
 
 /// log2 of a spectrum at a frequency between its rings. @returns nothing outside of them.

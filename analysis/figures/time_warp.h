@@ -23,7 +23,7 @@ struct TimeWarp {
   std::vector<double> times;   ///< Times of A.
   std::vector<double> warped;  ///< Times of B at which it shows what is nearest to A; they never fall.
   std::vector<double> before;  ///< Root mean square Delta E 1976 at equal times.
-  std::vector<double> after;   ///< The same at the warped ones.
+  std::vector<double> after;   ///< Distance at the warped times.
 };
 /// The best monotone warp: the path through the matrix of mean squared Delta E 1976 between A's times and `fineness`
 /// steps between B's, by dynamic programming [Sakoe and Chiba 1978], with a price for leaving equal times that decides

@@ -22,7 +22,7 @@ struct SurfaceControl {
   ImageF values;  ///< H x W x 1 in [0, 1].
 };
 
-/// What is known of a model's frames before anything has aged.
+/// Facts of a model's frames that are known before anything has aged.
 struct SurfaceOutline {
   std::string name;
   int width = 0;

@@ -39,7 +39,7 @@ class Evolution {
   [[nodiscard]] int population() const { return population_; }
   /// Generations told.
   [[nodiscard]] int generation() const { return generation_; }
-  /// Of the present generation, in [0, 1]^n.
+  /// Candidate of the present generation, in [0, 1]^n.
   [[nodiscard]] std::vector<double> candidate(int k) const;
   /// @param values  One a candidate; infinity: undefined, worse than all others. @throws InvalidInput on NaN or another
   /// number of values.

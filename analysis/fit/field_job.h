@@ -57,7 +57,7 @@ struct FieldTask {
   std::function<void(const std::filesystem::path& folder, const std::vector<ImageF>& values)> write_model;
   FieldOptions options;
   std::function<void(JobInputs& inputs)> add_inputs;  ///< All that the model depends on beside the values.
-  std::string command;                                ///< What repeats it, for the report; no part of the key.
+  std::string command;                                ///< Command that repeats it, for the report; no part of the key.
 };
 
 /// The folder has scene.json, what that names in kFieldFolder, report.html, report.json and `after`, a history.

@@ -20,7 +20,7 @@ struct FieldMisfit {
   std::optional<double> color_distribution = {};  ///< Delta E 1976, as a fit's objective.
 };
 
-/// The same at both.
+/// Misfits on seen and held-out frames.
 struct FieldMisfits {
   FieldMisfit seen;
   std::optional<FieldMisfit> held_out = {};

@@ -53,10 +53,10 @@ class FieldWork {
   [[nodiscard]] std::vector<PlaceField> fields_before(const std::filesystem::path& folder, int step) const;
   /// In the numbers' own units, over the atlas.
   [[nodiscard]] std::vector<ImageF> maps_of(const std::vector<PlaceField>& fields) const;
-  /// The same of a step's level.
+  /// Maps of a step's level.
   [[nodiscard]] std::vector<ImageF> maps_of_level(const std::filesystem::path& folder, const FieldStep& step,
                                                   int level) const;
-  /// What a step is to find its field from.
+  /// Colors that a step fits its field to.
   [[nodiscard]] FieldColors colors_of(const std::filesystem::path& folder, const FieldStep& step,
                                       const RunControl& control);
 

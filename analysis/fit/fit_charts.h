@@ -11,7 +11,7 @@ namespace patinate::analysis {
 
 /// The objective over the evaluations of the search.
 [[nodiscard]] std::string search_chart(const FitOutcome& o);
-/// What is off before anything has aged, "" where the starting and the best values differ in it or nothing is.
+/// States what is off before anything has aged, "" where the starting and the best values differ in it or nothing is.
 [[nodiscard]] std::string start_text(const std::string& name, std::span<const Section> before,
                                      std::span<const Section> after);
 /// A curve of the comparison with the starting and with the best values; empty where that is not told over time.

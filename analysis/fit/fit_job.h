@@ -45,7 +45,7 @@ struct FitBudget {
   int least = 0;
   int population = 0;
 };
-/// What is said of a budget below the least.
+/// Problem of a budget below the least.
 [[nodiscard]] std::string budget_problem(const FitBudget& budget);
 [[nodiscard]] FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_t num_appearance);
 
@@ -72,7 +72,7 @@ struct FitTask {
   std::uint64_t seed = 0;  ///< Seed of the search.
   std::function<void(JobInputs& inputs)>
       add_inputs;       ///< All that the models depend on beside their parameters' values.
-  std::string command;  ///< What repeats it, for the report; no part of the key.
+  std::string command;  ///< Command that repeats it, for the report; no part of the key.
 };
 
 /// What a capture's files are called, without extension: "after", or "after_2" where there are several. @param capture
@@ -109,14 +109,14 @@ struct HeldOutFrames {
   std::vector<HeldOutCapture> captures = {};  ///< Each by itself; none where there are no pictures of one.
 };
 
-/// What `report.json` says of a finished folder, as far as others need it.
+/// Content of `report.json` of a finished folder that others need.
 struct FitManifest {
   std::string history, history_key, model;                     ///< Of several captures: "open and shaded", all keys.
   std::vector<std::pair<std::string, double>> terms;           ///< Figures of the objective with their weights.
   std::vector<std::pair<std::string, std::string>> comparing;  ///< ObjectiveOptions but `until`, as text.
   std::optional<HeldOutFrames> held_out;
   std::vector<std::string> parameters, verdicts;  ///< Parameters and verdicts as column_of() calls them.
-  std::vector<std::string> words;                 ///< What the scene calls them: "rule patina: rate".
+  std::vector<std::string> words;                 ///< Names that the scene gives them: "rule patina: rate".
   std::vector<std::string> units;                 ///< Units of the parameters; "" where one has none.
   std::vector<double> initial, best;
   double objective_before = 0.0, objective_after = 0.0;

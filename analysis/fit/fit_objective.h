@@ -54,10 +54,10 @@ struct ObjectiveOptions {
   int samples = 0;
 };
 void describe(OptionVisitor& v, ObjectiveOptions& o);
-/// The same for a comparison.
+/// Options for a comparison.
 [[nodiscard]] CompareOptions compare_options(const ObjectiveOptions& options);
 
-/// Which of the history's frames are compared, where ObjectiveOptions::until parts them.
+/// Frames of the history that are compared, where ObjectiveOptions::until divides them.
 enum class FitFrames { Seen, HeldOut };
 
 /// Times at which a history and a model are compared, those up to `until` or those after it.
@@ -92,7 +92,7 @@ class FitObjective {
   [[nodiscard]] std::size_t num_times() const;
   [[nodiscard]] ObjectiveValue operator()(const AgedSurface& frames, const RunControl& control = {}) const;
 
-  /// The same with a simulated surface in the place of the captured one, off by one draw of the deviations that the
+  /// Objective with a simulated surface in the place of the captured one, off by one draw of the deviations that the
   /// capture states: all places together, since neighbors may be off together. @param draw  Number of the draw.
   [[nodiscard]] FitObjective with_captured(const AgedSurface& frames, std::uint64_t draw,
                                            const RunControl& control = {}) const;

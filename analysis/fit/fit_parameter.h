@@ -13,7 +13,7 @@ namespace patinate::analysis {
 enum class FitScale { Linear, Log };
 inline constexpr std::array<std::string_view, 2> kFitScaleNames{"linear", "log"};
 
-/// What may vary, as a user says it.
+/// Range of a parameter, as a user states it.
 struct FitRange {
   std::string name;  ///< JSON pointer: "/rules/2/rate".
   double low = 0.0;
@@ -33,7 +33,7 @@ struct FitParameter {
   double start = 0.0;          ///< In the range.
   bool is_whole = false;       ///< Only whole numbers.
   bool is_appearance = false;  ///< Another value needs no new aging, only another appearance of what has aged.
-  std::string words = {};      ///< What the model calls it, "" where it has no words for it.
+  std::string words = {};      ///< Name that the model gives it, "" where it has none.
   std::string unit = {};       ///< "per h"; "" where it has none.
   std::optional<std::size_t> capture = {};  ///< The capture whose own number it is; nothing: all share it.
 };
@@ -41,7 +41,7 @@ struct FitParameter {
 /// How pages and messages call it: in words where there are any.
 [[nodiscard]] const std::string& shown_name(const FitParameter& parameter);
 
-/// What is wrong with where it starts, "" if nothing.
+/// Problem of its starting value, "" if there is none.
 [[nodiscard]] std::string start_problem(const FitParameter& parameter);
 /// The value at a share of the range, with six significant digits (whole if it must be). @param unit  In [0, 1].
 [[nodiscard]] double value_at(const FitParameter& parameter, double unit);

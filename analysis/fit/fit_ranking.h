@@ -59,7 +59,7 @@ struct Ranking {
 /// other options of comparing or another case than the first model, or is the second of one model and case.
 [[nodiscard]] Ranking rank_fits(std::span<const RankedFit> fits);
 
-/// What it comes to, a sentence each.
+/// Conclusions, a sentence each.
 [[nodiscard]] std::vector<std::string> ranking_verdict(const Ranking& ranking, std::span<const RankedFit> fits);
 
 }  // namespace patinate::analysis

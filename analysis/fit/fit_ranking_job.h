@@ -20,10 +20,10 @@ inline constexpr const char* kRankingTableFile = "ranking.csv";
 struct RankingTask {
   std::vector<std::filesystem::path> fits;  ///< Folders of finished fits, two or more.
   std::vector<std::string> names;           ///< One a fit, as it was given; unique.
-  std::string command;                      ///< What repeats it, for the report; no part of the key.
+  std::string command;                      ///< Command that repeats it, for the report; no part of the key.
 };
 
-/// What rank_fits() is given. @param fits  Folders of finished fits. @param names  One a fit. @throws IoError
+/// Reads the input of rank_fits(). @param fits  Folders of finished fits. @param names  One a fit. @throws IoError
 [[nodiscard]] std::vector<RankedFit> read_ranked_fits(const std::vector<std::filesystem::path>& fits,
                                                       const std::vector<std::string>& names);
 /// Members unit, models, cases, last_frame and verdict of report.json (docs/schema/ranking.schema.json).

@@ -31,10 +31,10 @@ struct FitOutcome {
   bool is_converged = false;
   std::optional<double> lately_gained;  ///< MultiStart::lately_gained(), where a number of the aging is searched.
   std::vector<FitEvaluation> seeds;     ///< The best with other seeds.
-  std::vector<double> chances;          ///< What chance makes of the objective, at the best and near it.
+  std::vector<double> chances;          ///< Chance of the objective, at the best and near it.
   double threshold = 0.0;               ///< Differences of the objective up to here mean nothing.
   BoxScans scans;                       ///< Along every parameter, the others as at the best.
-  BoxScans profiles;                    ///< The same, others moved to make up for it.
+  BoxScans profiles;                    ///< Scans in which the others move to make up for it.
   std::vector<ParameterVerdict> verdicts;
   std::optional<Valley> valley;
   std::string no_valley;            ///< Why there is none.

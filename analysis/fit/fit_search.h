@@ -54,7 +54,7 @@ struct AppearanceSearch {
                                                  std::span<const std::vector<double>> values, std::uint64_t seed_shift,
                                                  const RunControl& control = {});
 
-/// What chance makes of the objective at `values`: a surface with another seed takes the captured one's place.
+/// Objective by chance at `values`: a surface with another seed takes the captured one's place.
 /// @returns that surface against the real capture as the one point, and `chance`: of the seeds that a search uses,
 /// against that surface.
 /// @param draw  Number of the other seed, >= 1.

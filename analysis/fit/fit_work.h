@@ -42,7 +42,7 @@ class FitWork {
   [[nodiscard]] int num_generations() const { return aged.empty() ? 0 : (budget.evaluations - 1) / budget.population; }
   [[nodiscard]] std::string candidate_name(int generation, int k) const;
 
-  /// Of a finished item. @throws IoError
+  /// Record of a finished item. @throws IoError
   [[nodiscard]] FitEvaluation record(const std::filesystem::path& folder, const std::string& name);
 
   /// The search as it stands before a generation, from the records of those before.
@@ -55,7 +55,7 @@ class FitWork {
     };
     std::map<std::size_t, Best> best;
 
-    /// What a candidate has of the parameters that need no aging at first: as the best of its start; in the design: as
+    /// Initial values of the parameters that need no aging: as the best of its start; in the design: as
     /// the start.
     [[nodiscard]] const std::vector<double>& values_for(int k) const;
   };
@@ -66,7 +66,7 @@ class FitWork {
   /// @throws InvalidInput if nothing that was tried could be compared.
   [[nodiscard]] FitPoint best(const std::filesystem::path& folder);
 
-  /// What chance makes of the objective at the best: of the items seed-1, seed-2, ...
+  /// Objectives by chance at the best: of the items seed-1, seed-2, ...
   [[nodiscard]] std::vector<double> chances(const std::filesystem::path& folder);
 
   /// Values of all parameters at places along one, the others as at the best.

@@ -21,7 +21,7 @@ struct MisfitMaps {
   ImageU8 mask = {};
   std::string time_unit = {};
 };
-/// Of A, up to five times. Cost: that of five sliced distances.
+/// Maps of A, up to five times. Cost: that of five sliced distances.
 [[nodiscard]] MisfitMaps misfit_maps(const ComparedPair& pair, const RunControl& control = {});
 
 /// The maps with the starting and with the best values, at one scale: that of the 95th percentile before, 2 at least.

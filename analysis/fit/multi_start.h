@@ -34,7 +34,7 @@ class MultiStart {
   [[nodiscard]] int population() const { return population_; }
   /// Generations told.
   [[nodiscard]] int generation() const { return generation_; }
-  /// Of the present generation, in [0, 1]^n.
+  /// Candidate of the present generation, in [0, 1]^n.
   [[nodiscard]] std::vector<double> candidate(int k) const;
   /// @param values  One a candidate; infinity: undefined. @throws InvalidInput on NaN or another number of values.
   void tell(std::span<const double> values);
@@ -47,7 +47,7 @@ class MultiStart {
   /// Where candidate k comes from: 0 the start, i the i-th point of the design, counted from 1.
   [[nodiscard]] std::size_t origin(int k) const;
 
-  /// What has become of a start.
+  /// State of a start's descent.
   struct Descent {
     std::size_t origin = 0;
     std::vector<double> at;  ///< The best that it found.
@@ -86,7 +86,7 @@ class MultiStart {
   std::size_t current_ = 0;
 };
 
-/// What a search has found.
+/// Result of a search.
 struct Minimum {
   std::vector<double> at;
   double value = 0.0;

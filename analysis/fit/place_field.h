@@ -32,7 +32,7 @@ struct FieldColors {
   std::vector<std::array<double, 2>> places;  ///< N: x and y in [0, 1].
   std::size_t num_times = 0;
   std::vector<float> captured;             ///< [time][place][3], CIELAB.
-  std::vector<std::vector<float>> levels;  ///< The same of the model, one a level; at least 2.
+  std::vector<std::vector<float>> levels;  ///< Colors of the model, one a level; at least 2.
   std::vector<std::vector<float>> values;  ///< [level][place]: the number's, never falling from level to level.
 };
 
@@ -44,7 +44,7 @@ struct PlaceFieldOptions {
   int max_iterations = 30;  ///< > 0.
 };
 
-/// What one weight of bending does.
+/// Effect of one weight of bending.
 struct SmoothnessTrial {
   std::optional<double> smoothness = {};  ///< Nothing: one number everywhere.
   double left_out =
@@ -56,7 +56,7 @@ struct FittedField {
   std::optional<double> smoothness = {};  ///< Taken; nothing: one number everywhere.
   std::vector<SmoothnessTrial> trials;    ///< One number everywhere first, then the weights as given.
   double misfit = 0.0;       ///< Root mean square Delta E 1976 over places and times, as the levels foretell it.
-  double flat_misfit = 0.0;  ///< The same of the best single number.
+  double flat_misfit = 0.0;  ///< Misfit of the best single number.
   double flat_value = 0.0;   ///< That number.
   double num_effective =
       1.0;  ///< Numbers that the data decide: the trace of (H + penalty)^-1 H [Hastie and Tibshirani 1990].

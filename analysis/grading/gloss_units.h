@@ -4,7 +4,7 @@
 
 namespace patinate::analysis {
 
-/// What a gloss meter reads on a surface with this mirror [ISO 2813:2014, ASTM D523]: the flux that reaches its
+/// Reading of a gloss meter on a surface with this mirror [ISO 2813:2014, ASTM D523]: the flux that reaches its
 /// receptor over that of polished black glass of index 1.567, which is 100. The lobe is that of render, GGX
 /// with Smith's shadowing; the Fresnel term is exact, of the index that f0 belongs to: Schlick's is a fifth too low at
 /// 60 degrees.

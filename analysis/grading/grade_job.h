@@ -26,7 +26,7 @@ struct GradeTask {
   std::filesystem::path rules = {};   ///< "" = standard_grade_rules().
   std::filesystem::path limits = {};  ///< "" = none.
   GradeOptions options = {};
-  std::string command = {};  ///< What repeats it, for the report; no part of the key.
+  std::string command = {};  ///< Command that repeats it, for the report; no part of the key.
 };
 
 /// Opens all inputs at once. @throws InvalidInput, IoError.

@@ -12,7 +12,7 @@
 
 namespace patinate::analysis {
 
-/// What a report is made of.
+/// Content of a report.
 struct GradeReport {
   const SeriesFile& series;
   const GradeTask& task;

@@ -27,7 +27,7 @@ struct GradeScale {
   std::vector<Grade> grades;  ///< From the unexposed surface on; limits rise.
 };
 
-/// What counts as rust.
+/// Rule for rust.
 struct RustRule {
   double low_hue_deg = 20, high_hue_deg = 85;  ///< Hues of CIELAB, D65.
   double least_chroma = 14;

@@ -70,7 +70,7 @@ struct GradedRegion {
   [[nodiscard]] std::vector<std::optional<GradedFigure>> series(std::string_view figure) const;
 };
 
-/// What a page shows of a time.
+/// Pictures that a page shows of a time.
 struct ShownTime {
   std::size_t time = 0;                        ///< Index.
   ImageF color;                                ///< Linear.

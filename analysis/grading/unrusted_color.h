@@ -19,7 +19,7 @@ namespace patinate::analysis {
 /// @param unexposed, color  H x W x 3, linear. @param mask  0 = outside. @param is_rust  Not 0 = no clean place.
 [[nodiscard]] ImageF unrusted_color(const ImageF& unexposed, const ImageF& color, const ImageU8& mask,
                                     const ImageU8& is_rust);
-/// The same without an unexposed surface: the commonest color around each pixel.
+/// Paint's color without an unexposed surface: the commonest color around each pixel.
 [[nodiscard]] ImageF common_color(const ImageF& color, const ImageU8& mask, const ImageU8& is_rust);
 
 }  // namespace patinate::analysis

@@ -24,7 +24,7 @@ void embed_pictures(std::vector<Picture>& pictures, const std::filesystem::path&
 [[nodiscard]] std::vector<std::filesystem::path> part_files(const std::filesystem::path& file);
 /// @param part  With a `source` in every element of `pictures`. @throws CannotComplete
 void save_part(const std::filesystem::path& file, Json part);
-/// What save_part() was given. @throws IoError
+/// Loads a part that save_part() wrote. @throws IoError
 [[nodiscard]] Json load_part(const std::filesystem::path& file);
 
 /// So many figures that are 0 are one sentence on a page, and no rows.
@@ -39,7 +39,7 @@ inline constexpr std::size_t kMinZeros = 4;
 void add_section(HtmlPage& page, const Section& section, const std::filesystem::path& folder,
                  std::string_view baseline_title);
 
-/// The same for programs: all figures, with the `section` they are of.
+/// Describes all figures for programs, with the `section` that they belong to.
 void describe_listed_figures(DocumentVisitor& v, std::span<const Section> sections);
 /// The `file` and `drawing` that add_section() has written, relative to its folder, and the `title` of every curve.
 void describe_listed_curves(DocumentVisitor& v, std::string_view member, std::span<const Section> sections);

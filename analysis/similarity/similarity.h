@@ -15,7 +15,7 @@
 
 namespace patinate::analysis {
 
-/// What is remembered of a history or a photograph (a history of one frame).
+/// Descriptor of a history or a photograph (a history of one frame).
 struct SurfaceDescriptor {
   std::string name;
   std::vector<double> times;         ///< Moments evenly spread over its span; one for a photograph.

@@ -17,9 +17,9 @@
 
 namespace patinate::app {
 
-/// What is needed beside a map that is no transfer.
+/// Options that a map needs that is no transfer.
 struct ForeignMapOptions {
-  std::filesystem::path history;  ///< What the tool copied from.
+  std::filesystem::path history;  ///< History that the tool copied from.
   std::string control;  ///< [SOURCE=]MAP: what the tool followed, in the values of the history's control; "" = none.
   std::filesystem::path picture;  ///< The picture that the tool made, of the history's last frame; "" = none.
 };
@@ -27,7 +27,7 @@ struct ForeignMapOptions {
 /// "[SOURCE=]MAP" with the map's name only.
 [[nodiscard]] std::string named_control(const std::string& spec);
 
-/// What maps are measured against: frames evenly spread over the history, the last among them, as codes.
+/// Source that maps are measured against: frames evenly spread over the history, the last among them, as codes.
 /// @param control  Of the history; "" = none.
 [[nodiscard]] analysis::SynthesisSource evaluated_source(const History& history, const std::string& control,
                                                          double pixel_mm, int num_times);
@@ -40,7 +40,7 @@ struct ForeignMapOptions {
 [[nodiscard]] analysis::EvaluationItem transfer_item(const std::filesystem::path& transfer,
                                                      const analysis::EvaluationOptions& options, std::uint64_t seed,
                                                      const transfer::CacheOptions& cache);
-/// What a transfer in memory is measured against: as a transfer's folder would be.
+/// Map of a transfer in memory, measured as a transfer's folder would be.
 [[nodiscard]] analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMesh& aged,
                                                const analysis::EvaluationOptions& options, std::uint64_t seed,
                                                const RunControl& control = {});

@@ -38,7 +38,7 @@ class FitScene {
   /// it.
   void write(const std::filesystem::path& folder, const std::string& file, const std::filesystem::path& output,
              const std::vector<double>& values) const;
-  /// As it was read, with the starting values.
+  /// Scene as read, with the starting values.
   [[nodiscard]] const simulation::SceneFile& base() const { return *base_; }
   /// The scene file with these values.
   [[nodiscard]] Json with(const std::vector<double>& values) const;
@@ -47,7 +47,7 @@ class FitScene {
                                            const std::function<void(simulation::Scene& scene)>& change) const;
   /// Makes the paths of a scene file of the same folder relative to another. @param output  That one, in the end.
   void move_paths(Json& json, const std::filesystem::path& output) const;
-  /// The same scene with another seed: chance of its own.
+  /// Scene with another seed: chance of its own.
   [[nodiscard]] FitScene with_seed_shift(std::uint64_t shift) const;
 
  private:

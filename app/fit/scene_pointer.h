@@ -9,7 +9,7 @@
 
 namespace patinate::app {
 
-/// What a pointer points to; nullptr when that is nothing.
+/// Value that a pointer points to; nullptr when there is none.
 [[nodiscard]] Json* found_at(Json& root, const std::string& pointer);
 
 /// Pointers to all numbers below `json` but those in `left_out`. @param pointer  Of `json` itself: "".

@@ -14,9 +14,9 @@
 
 namespace patinate::app {
 
-/// What a place may be chosen by, beside the controls of the lower history, whose names come first: of its frame at
-/// that time, `height` (mm), `metalness`, `roughness`, `lightness` (L* / 100) and `change` (Delta E*ab from its first
-/// frame / 100).
+/// Properties that a place may be chosen by, beside the controls of the lower history, whose names come first: of its
+/// frame at that time, `height` (mm), `metalness`, `roughness`, `lightness` (L* / 100) and `change` (Delta E*ab from
+/// its first frame / 100).
 struct LayerTask {
   std::shared_ptr<const History> below, above;
   std::string where;  ///< A control expression: the share of `above` that shows. Below 0 and above 1 are cut.
@@ -33,7 +33,7 @@ struct LayerTask {
 /// @throws ParseError for an expression that cannot be read; InvalidInput if it is above a half nowhere; IoError
 [[nodiscard]] std::shared_ptr<const History> layered_history(LayerTask task, const RunControl& control = {});
 
-/// The same as a folder. @param below, above  Folders of histories.
+/// Plans the same with folders. @param below, above  Folders of histories.
 [[nodiscard]] JobPlan plan_layers(const std::filesystem::path& below, const std::filesystem::path& above,
                                   const std::string& where, transfer::LibraryClock clock,
                                   const std::filesystem::path& output);

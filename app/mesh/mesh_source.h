@@ -23,14 +23,14 @@ struct MeshSource {
   std::string unit;      ///< "" = not said.
   std::string node;      ///< "" = all.
   std::string material;  ///< "" = all.
-  /// What was said; "m" for glTF. @throws UsageError if the unit is none.
+  /// Stated unit; "m" for glTF. @throws UsageError if the unit is none.
   [[nodiscard]] std::optional<std::string> unit_or_none() const;
 };
 
 /// The chosen surfaces, repaired (a note says what), with normals, in the file's unit. @throws IoError
 [[nodiscard]] Mesh load_mesh(const MeshSource& source, const Words& say);
 
-/// What --resolution may be.
+/// Range of --resolution.
 [[nodiscard]] Range resolution_range();
 
 struct AtlasOptions {

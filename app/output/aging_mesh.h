@@ -48,7 +48,7 @@ struct AgingMesh {
 /// (ReducedTransfer). @throws IoError
 [[nodiscard]] AgingMesh open_aging_mesh(const std::filesystem::path& path, const OutputDevices& devices = {},
                                         double film = kWetFilm, std::int64_t most_texels = Sheet::kMaxTexels);
-/// Of a transfer in memory; one that was not read from a folder has no key.
+/// Mesh of a transfer in memory; one that was not read from a folder has no key.
 [[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged);
 
 }  // namespace patinate::app

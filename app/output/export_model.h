@@ -12,7 +12,7 @@ namespace patinate::app {
 
 enum class ModelFormat { Glb, Usd, Obj };
 
-/// What a model is, by its name; nothing if it is none.
+/// Format of a model, by its name; nothing if it is none.
 [[nodiscard]] std::optional<ModelFormat> model_format(const std::filesystem::path& path);
 /// @param task  Of a transfer or simulation. @throws UsageError, IoError
 [[nodiscard]] OutputWork model_work(const ExportTask& task, ModelFormat format);

@@ -35,7 +35,7 @@ struct ExportTask {
   OutputDevices devices;  ///< No output depends on them.
 };
 
-/// What can be said of an output before anything is opened. @throws UsageError
+/// Checks an output before anything is opened. @throws UsageError
 void check_output(const ExportTask& task);
 /// Reads what the work depends on; what is slow happens when the work is run.
 /// @param planning  Asked to stop while thousands of times are planned.

@@ -28,7 +28,7 @@ struct OutputPiece {
 /// With the keys that lie there.
 [[nodiscard]] std::vector<OutputFile> output_files(const std::vector<std::filesystem::path>& files);
 
-/// What a movie is made of, picture by picture.
+/// Frames of a movie, picture by picture.
 struct MovieFrames {
   std::filesystem::path output;
   std::string label;                                                   ///< Label of progress.
@@ -44,15 +44,15 @@ struct OutputWork {
   std::string label;                    ///< Label of progress: "export".
   std::string key;                      ///< Key of all that the output depends on.
   std::string existing_key;             ///< Key of what is there; of a single file alone.
-  std::vector<OutputFile> beside = {};  ///< What `make` writes beside it.
+  std::vector<OutputFile> beside = {};  ///< Files that `make` writes beside it.
   std::function<void(const RunControl& control)> make = {};
-  /// The same where it is one image, which need not become a file.
+  /// Makes the picture where it is one image, which need not become a file.
   std::function<ImageF(const RunControl& control)> picture = {};
   std::vector<OutputPiece> pieces = {};
   std::shared_ptr<const MovieFrames> movie = {};  ///< Of a movie: what a plan cuts `make` into.
   std::optional<JobPlan> plan = {};
   std::vector<std::string> notes = {};  ///< Lines for a person, before the work.
-  std::shared_ptr<const Json> report;   ///< What a report says beside output and status: an object.
+  std::shared_ptr<const Json> report;   ///< Content of a report beside output and status: an object.
 };
 
 /// The output and what is written beside it, where that is no folder and no several.

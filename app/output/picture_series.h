@@ -25,7 +25,7 @@ struct PictureSeries {
   std::function<void(double time, const std::filesystem::path& file, const std::string& key, const RunControl& control)>
       write = {};
   std::function<ImageU8(double time, const RunControl& control)> codes = {};
-  std::string measure = "time";  ///< What a report calls the numbers in `times`.
+  std::string measure = "time";  ///< Name that a report gives the numbers in `times`.
 };
 
 /// How many pictures a movie has when nobody says.

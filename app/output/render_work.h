@@ -22,13 +22,13 @@ namespace patinate::app {
 
 /// A turntable.
 struct TurnOptions {
-  double turn_deg = 0.0;  ///< What the camera turns around the object from the first picture to the end.
+  double turn_deg = 0.0;  ///< Angle that the camera turns around the object from the first picture to the end.
 };
 void describe(OptionVisitor& v, TurnOptions& o);
 
 enum class ShownMaps { All, Color };
 
-/// What of a surface is shown.
+/// Parts of a surface that are shown.
 struct ShownOptions {
   ShownMaps maps = ShownMaps::All;
   double film = kWetFilm;
@@ -55,7 +55,7 @@ struct RenderTask {
   [[nodiscard]] bool has_views() const { return !views.views.empty() || views.turntable; }
 };
 
-/// What can be said before anything is opened. @throws UsageError if what is asked for does not go together
+/// Checks a task before anything is opened. @throws UsageError if options do not go together
 void check_task(const RenderTask& task);
 /// Reads what the work depends on; what is slow happens when the work is run.
 /// @throws UsageError if what is asked for does not go together; IoError; InvalidInput

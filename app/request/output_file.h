@@ -19,11 +19,11 @@ void require_folder_name(const std::filesystem::path& output, const std::string&
 /// For outputs that are always folders: the name is not that of an image, a movie, a mesh or a document. @throws
 /// UsageError
 void require_no_file_name(const std::filesystem::path& output);
-/// What write_color() can write.
+/// Extensions that write_color() can write.
 [[nodiscard]] const std::vector<std::string>& image_extensions();
 /// The key in an image that patinate wrote; "" if the file is absent, carries none, or is cut off.
 [[nodiscard]] std::string image_file_key(const std::filesystem::path& path);
-/// The same of any file that carries a key, by its extension: images, movies, .glb, .usda, .usdz, .obj, .mtl, .mtlx.
+/// Key of any file that carries one, by its extension: images, movies, .glb, .usda, .usdz, .obj, .mtl, .mtlx.
 [[nodiscard]] std::string written_key(const std::filesystem::path& path);
 /// A file that is going to be written, with the key that lies there. A folder of images carries what all of them carry.
 [[nodiscard]] OutputFile output_file(const std::filesystem::path& path);

@@ -16,9 +16,9 @@ inline constexpr const char* kAnyOutput = " -o OUT";
 /// A word as a shell takes it.
 [[nodiscard]] std::string shell_word(const std::string& word);
 
-/// What an input is called wherever it lies: "photos/copper/" and "../copper" are "copper".
+/// Name of an input wherever it lies: "photos/copper/" and "../copper" are "copper".
 [[nodiscard]] std::string input_name(const std::filesystem::path& path);
-/// The same as a word.
+/// Name of an input as a word.
 [[nodiscard]] std::string input_word(const std::filesystem::path& path);
 
 /// " --name value" for every option that is not its default. @param values,defaults  option_values() of both.

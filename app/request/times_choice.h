@@ -18,8 +18,8 @@ struct TimesChoice {
   [[nodiscard]] bool is_given() const { return time || !times.empty() || count; }
   /// @throws UsageError if several are given, a time twice, or a count that is out of range.
   void check() const;
-  /// What was asked for; `default_count` times, evenly from the first frame to the last, when nothing was (0 = every
-  /// frame's).
+  /// Times that were asked for; `default_count` times, evenly from the first frame to the last, when nothing was (0 =
+  /// every frame's).
   /// @param notes  Gets a line for each time that lies outside the history, whose end is then used.
   /// @throws as check().
   [[nodiscard]] std::vector<double> resolve(const HistoryManifest& history, int default_count,

@@ -32,12 +32,12 @@ struct TransferRequest {
   device::DeviceOptions device;       ///< No result depends on it.
 };
 
-/// What can be said before anything is opened. @throws UsageError
+/// Checks a request before anything is opened. @throws UsageError
 void check_request(const TransferRequest& request);
 /// Reads the history, the mesh and its controls: what is left to do is plan_transfer().
 /// @throws UsageError if what is asked for does not go together; IoError; InvalidInput; Canceled
 [[nodiscard]] transfer::TransferTask transfer_task(const TransferRequest& request, const Words& say);
-/// What a user should know of a transfer that is made: which lines were found, whether pieces turned.
+/// Notes for the user about a finished transfer: which lines were found, whether pieces turned.
 [[nodiscard]] std::vector<std::string> transfer_notes(const transfer::TransferManifest& made,
                                                       const transfer::TransferOptions& asked);
 

@@ -41,7 +41,7 @@ struct ImageAlignment {
 /// @throws InvalidInput if an image is too small or no gray image.
 [[nodiscard]] ImageAlignment align_images(const ImageF& reference, const ImageF& image, const RunControl& control = {});
 
-/// The same point in two images.
+/// A point in two images.
 struct PointPair {
   Eigen::Vector2d in_image;
   Eigen::Vector2d in_reference;

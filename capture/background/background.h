@@ -45,8 +45,8 @@ struct PlainBackground {
 /// of a gray what is within 0.1 (in sRGB codes, Euclidean).
 [[nodiscard]] ImageU8 keyed_background(const ImageF& codes, const std::array<float, 3>& color);
 
-/// What keeps its color in all photographs to within their noise and is connected to the border: the table, the chart,
-/// the wall. Smoothed by 1.5 px first. @param photographs  sRGB codes of one size, two or more.
+/// Pixels that keep their color in all photographs to within noise and are connected to the border: the table, the
+/// chart, the wall. Smoothed by 1.5 px first. @param photographs  sRGB codes of one size, two or more.
 /// @throws InvalidInput with fewer.
 [[nodiscard]] ImageU8 unchanging_background(const std::vector<ImageF>& photographs);
 

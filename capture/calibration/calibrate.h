@@ -33,13 +33,13 @@ struct CalibrateOptions {
   ResponseOptions response = {};
 };
 
-/// What a calibration found.
+/// Result of a calibration.
 struct CalibrationOutput {
   std::shared_ptr<Json>
       json;  ///< A file of format patinate.calibration: `camera`, `lights` or `response`, and a `report`.
   std::optional<Camera> camera;    ///< Camera of kind camera: the one that was found; else the one that was given. mm.
   std::vector<Light> lights;       ///< mm.
-  std::vector<std::string> lines;  ///< What a person wants to know.
+  std::vector<std::string> lines;  ///< Lines for the user.
   ImageF picture;                  ///< Residuals over the photograph, linear RGB; may be empty.
 };
 

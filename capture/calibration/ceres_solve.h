@@ -38,7 +38,7 @@ struct Information {
 /// the loss lets them.
 [[nodiscard]] Information information_of(ceres::Problem& problem, const std::vector<double*>& blocks);
 
-/// Of the parameters as they stand, each at its full size however its loss weighs it.
+/// Residuals at the present parameters, each at its full size however its loss weighs it.
 [[nodiscard]] std::vector<double> residuals_without_loss(ceres::Problem& problem);
 
 /// 1.4826 times the median of |residuals|: the standard deviation of most of them. @param residuals  Not empty.

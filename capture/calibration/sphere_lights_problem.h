@@ -9,11 +9,11 @@
 
 namespace patinate::capture {
 
-/// What is refined, and where it starts.
+/// Unknowns of the refinement, and their start.
 struct SphereLightProblem {
   std::vector<Vec3> centers;  ///< Centers of the spheres.
   std::vector<Vec3> lights;   ///< Positions, or unit directions.
-  std::vector<bool> is_near;  ///< As long as lights.
+  std::vector<bool> is_near;  ///< As many as lights.
   std::vector<bool> is_used;  ///< Lights that a sphere shows.
 };
 struct SphereLightSolution {

@@ -16,7 +16,7 @@ namespace patinate::capture {
 using Color3 = std::array<double, 3>;
 using Matrix3 = std::array<Color3, 3>;  ///< Row by row.
 
-/// Of one channel: the light L that a photograph's linear value v stands for, relative to `middle`.
+/// Response of one channel: the light L that a photograph's linear value v stands for, relative to `middle`.
 ///
 /// log L = log middle + u (1 + p0) + p1 u^2 + p2 u^3 with u = log(v / middle): p = 0 where the photograph is linear
 /// light already, p0 for another gamma, p1 and p2 for a tone curve. Outside of [low, high] it goes on as a line through
@@ -31,7 +31,7 @@ struct ChannelResponse {
   [[nodiscard]] double least_slope() const;
 };
 
-/// What all photographs of a series have in common.
+/// Parameters that all photographs of a series share.
 struct ChartCamera {
   std::array<ChannelResponse, 3> response = {};
   /// Sensor from photograph: its gains are those of white balance; 1 on the diagonal.
@@ -65,7 +65,7 @@ enum class ChartFitStatus {
 struct ChartFit {
   ChartFitStatus status = ChartFitStatus::Converged;
   ChartCamera camera;
-  std::vector<ChartLight> lights;        ///< As many as sights.
+  std::vector<ChartLight> lights;        ///< Light of each sight.
   std::vector<ChartResidual> residuals;  ///< Likewise.
   /// Root mean square over all patches of (color - truth) / (truth + kChartFloor), by channel of linear Rec. 709;
   /// raised to what it is for colors that took no part in the fit.
@@ -85,7 +85,7 @@ inline constexpr double kChartFloor = 0.03;
 /// Linear Rec. 709, D65, of a photograph's value at a place. @param x,y  In half diagonals from its middle.
 [[nodiscard]] Color3 chart_color(const ChartCamera& camera, const ChartLight& light, const Color3& value, double x,
                                  double y);
-/// The same for a whole photograph. Negative values, of colors that Rec. 709 does not have, become 0.
+/// Applies the chart to a whole photograph. Negative values, of colors that Rec. 709 does not have, become 0.
 /// @param photo  H x W x 3, linear as it was measured. @returns Pixels of which a channel was below -0.001.
 std::int64_t apply_chart(const ChartCamera& camera, const ChartLight& light, ImageF& photo);
 

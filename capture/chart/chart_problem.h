@@ -33,7 +33,7 @@ struct ChartSolution {
   double vignetting_deviation = 0.0;  ///< Standard deviation; infinite where it is not determined or not asked for.
 };
 
-/// What photographs show of a chart, as residuals.
+/// Residuals of the patches in all photographs.
 class ChartProblem {
  public:
   /// @param table  Must outlive this.

@@ -17,13 +17,13 @@ struct ChartPatch {
   double x = 0.0;  ///< Its middle across the chart: 0 and 1 are the outer edges of the outermost patches.
   double y = 0.0;
   std::array<double, 3> lab{};     ///< CIE L*a*b* under D65, 2 degrees.
-  std::array<double, 3> linear{};  ///< The same as linear Rec. 709; negative where that has no such color.
+  std::array<double, 3> linear{};  ///< The color as linear Rec. 709; negative where that has no such color.
 };
 
 /// Upper left (dark skin) first, row by row.
 using ChartTable = std::vector<ChartPatch>;
 
-/// Which published values of the classic chart of 24 patches hold: pigments changed in November 2014.
+/// Published values of the classic chart of 24 patches: pigments changed in November 2014.
 enum class ChartEdition { Since2014, Before2014 };
 /// White that a table's L*a*b* are relative to.
 enum class ChartWhite { D50, D65 };

@@ -16,7 +16,7 @@ namespace patinate::capture {
 struct ChartPlace {
   /// Pixel centers of the photograph from places across the chart; nothing where there is a problem.
   std::optional<Eigen::Matrix3d> photo_from_chart = {};
-  std::string problem = "";  ///< What is wrong, as the end of a sentence about the photograph; "" = nothing.
+  std::string problem = "";  ///< Problem, as the end of a sentence about the photograph; "" = none.
 };
 
 /// Even patches with four sides that stand in a grid of 6 x 4, in the one of its turns in which a 3 x 3 matrix brings

@@ -29,7 +29,7 @@ struct ChartSight {
   std::string problem = "";  ///< Problem as ChartPlace has it; patches are then not to be used.
 };
 
-/// What a photograph's codes are.
+/// Meaning of a photograph's codes.
 struct SensorView {
   const ImageF* photo = nullptr;  ///< Where saturation shows; as large as the linear photograph.
   float level = 0.0f;             ///< From which on a channel is saturated.

@@ -7,7 +7,7 @@
 
 namespace patinate::capture {
 
-/// As lab_from_linear(), but negative values stay: the inverse of linear_from_lab().
+/// Works as lab_from_linear(), but keeps negative values: the inverse of linear_from_lab().
 template <class T>
 [[nodiscard]] std::array<T, 3> unclamped_lab(const std::array<T, 3>& linear) {
   using std::cbrt;

@@ -16,7 +16,7 @@ struct GlossRig {
   ImageF normal = {};              ///< H x W x 3, unit; (0, 0, 0) where there is no surface.
   ImageU8 mask = {};               ///< H x W, 0 = outside; may be empty.
   std::vector<Light> lights = {};  ///< One for all photographs, or one each.
-  std::vector<Vec3> cameras = {};  ///< The same.
+  std::vector<Vec3> cameras = {};  ///< Camera of each photograph, or one for all.
   double exposure = 1.0;           ///< Times what the lamps' intensities say.
 
   [[nodiscard]] bool is_moving() const { return lights.size() > 1 || cameras.size() > 1; }
@@ -29,8 +29,8 @@ struct GlossRig {
 struct GlossPixel {
   bool is_lit = false;  ///< Inside, with a normal, and faces lamp and camera.
   Vec3 normal, to_light, to_camera;
-  Vec3 matt;  ///< What albedo 1 shows.
-  /// Of the lobe that `render` draws. @param roughness  [0.05, 1].
+  Vec3 matt;  ///< Value that albedo 1 shows.
+  /// Lobe that `render` draws. @param roughness  [0.05, 1].
   [[nodiscard]] double lobe(double roughness) const;
   /// Between the normal and the middle of lamp and camera, radians: 0 in the mirror's direction.
   [[nodiscard]] double half_angle() const;

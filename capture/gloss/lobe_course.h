@@ -13,9 +13,9 @@ inline constexpr int kNumLobeNodes = 32;
 
 inline constexpr double kFormOff = 0.05;  ///< Share of a highlight that its form is off by.
 
-/// What the tiles of one material show in one photograph: albedo + strength * lobe, in n tiles of any order.
+/// Samples of one material's tiles in one photograph: albedo + strength * lobe, in n tiles of any order.
 struct TileSamples {
-  std::vector<int> tile;                                          ///< Which tile of the picture.
+  std::vector<int> tile;                                          ///< Number of the tile in the picture.
   Eigen::Matrix<double, Eigen::Dynamic, 3> value;                 ///< n x 3, over what albedo 1 shows.
   Eigen::Matrix<double, Eigen::Dynamic, kNumLobeNodes> log_lobe;  ///< n x nodes.
 };

@@ -14,7 +14,7 @@
 
 namespace patinate::capture {
 
-/// What looks alike, in all photographs.
+/// Pixels that look alike, in all photographs.
 struct GlossMaterial {
   Vec3 color = Vec3::Zero();        ///< Of albedo: shares of red and green, and a little of lightness.
   std::optional<Vec3> albedo = {};  ///< Its mean; not known where all is taken for one material.

@@ -29,7 +29,7 @@ using PhotoMarks = std::map<std::string, Eigen::Vector2d>;
 /// Points that both have, in the order of their names.
 [[nodiscard]] std::vector<PointMatch> shared_marks(const PhotoMarks& a, const PhotoMarks& b);
 
-/// What a mark may be wrong by in a photograph whose longer side is `side` pixels: two pixels of 1600, as by a click
+/// Error of a mark in a photograph whose longer side is `side` pixels: two pixels of 1600, as by a click
 /// into a picture that fills a screen.
 [[nodiscard]] double mark_error_px(int side);
 

@@ -25,8 +25,8 @@ struct PhotoOutline {
   std::vector<Hole> holes = {};
 };
 
-/// Of the largest connected part, and its round holes. Where that touches the photograph's border its outline is not
-/// known and is left out.
+/// Outline of the largest connected part, and of its round holes. Where that touches the photograph's border its
+/// outline is not known and is left out.
 /// @param object  Reduced by any factor: 0 = not the object. @param width,height  Of the photograph.
 [[nodiscard]] PhotoOutline find_outline(const ImageU8& object, int width, int height);
 

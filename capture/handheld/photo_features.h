@@ -23,8 +23,9 @@ struct PhotoFeatures {
   double scale = 1.0;                     ///< Pixels in which details were looked for, for one of the photograph; <= 1.
   std::vector<Eigen::Vector2d> points;    ///< Pixels of the photograph; pixel centers are whole numbers.
   std::vector<std::uint8_t> descriptors;  ///< kFeatureNumbers a point.
-  ImageU8 evened;  ///< What details were looked for in: 128 = the local mean, 32 codes a local standard deviation.
-  ImageU8 shown;   ///< Likewise reduced: 0 where nothing of the object is; may be empty.
+  ImageU8
+      evened;     ///< Picture that details were searched in: 128 = the local mean, 32 codes a local standard deviation.
+  ImageU8 shown;  ///< Likewise reduced: 0 where nothing of the object is; may be empty.
 };
 
 /// SIFT features [Lowe 2004] of the encoded luminance over its local mean and strength, so that exposure, tint and

@@ -9,14 +9,14 @@
 
 namespace patinate::capture {
 
-/// What may differ between two photographs besides the surface.
+/// Differences between two photographs besides the surface.
 enum class AlignModel {
   Auto,        ///< The simplest that the matches do not refute.
   Similarity,  ///< Shift, turn and scale.
   Homography,  ///< Any view of a plane.
 };
 
-/// The same point of the object in two photographs, in their pixels.
+/// A point of the object in two photographs, in their pixels.
 struct PointMatch {
   Eigen::Vector2d in_a, in_b;
 };

@@ -15,7 +15,7 @@ namespace patinate::capture {
 /// original ArUco one, AprilTag 36h11.
 [[nodiscard]] std::vector<PhotoMarks> find_markers(const ImageF& color);
 
-/// Of the dictionary that most pairs of photographs and names have in common: what one finds by chance, in a texture,
+/// Marks of the dictionary that most pairs of photographs and names share: what one finds by chance, in a texture,
 /// another does not.
 /// @param found  find_markers() of every photograph.
 [[nodiscard]] std::vector<PhotoMarks> of_one_dictionary(const std::vector<std::vector<PhotoMarks>>& found);

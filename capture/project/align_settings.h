@@ -29,7 +29,7 @@ struct AlignSettings {
   std::optional<std::filesystem::path> transforms;  ///< `alignment.json` of an earlier run.
 };
 
-/// What the command line says instead of the project.
+/// Settings that the command line gives instead of the project.
 struct AlignOptions {
   enum class Method { Project, Off, Auto, Features, Landmarks, Outline, Markers } method = Method::Project;
   enum class Model { Project, Auto, Similarity, Homography } model = Model::Project;

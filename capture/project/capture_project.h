@@ -77,7 +77,7 @@ struct CaptureProject {
   std::optional<ScanSource> scan;
   std::optional<CaptureRig> rig;  ///< Where lamp and camera stood; then the highlight is told from the albedo.
   std::vector<GivenControl> controls;
-  Appearance appearance;  ///< What is stated of the material beside its color; may be empty.
+  Appearance appearance;  ///< Stated material beside its color; may be empty.
   std::optional<std::filesystem::path> mask;
   std::optional<PixelRectangle> reference_patch;  ///< Of the reference photograph: its color does not change.
   std::optional<ChartSettings> chart;             ///< Colors are measured by it.
@@ -122,9 +122,10 @@ struct SaturationPhoto {
                                                const ImageF& color);
 /// A frame as the history shows it: linear color, roi, scale. @throws IoError
 [[nodiscard]] ImageF read_photo(const CaptureProject& project, const CapturePhoto& photo);
-/// The same of a photograph that is no frame. @throws IoError
+/// Reads a photograph that is no frame. @throws IoError
 [[nodiscard]] ImageF read_photo(const CaptureProject& project, const std::filesystem::path& file);
-/// What all frames show: the given mask without what is transparent in any frame; empty when everything is inside.
+/// Pixels that all frames show: the given mask without what is transparent in any frame; empty when everything is
+/// inside.
 /// @throws IoError naming the file if nothing is left.
 [[nodiscard]] ImageU8 read_capture_mask(const CaptureProject& project, const RunControl& control = {});
 

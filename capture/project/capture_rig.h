@@ -16,7 +16,7 @@ struct CaptureProject;
 /// a `scan` in its frame.
 struct CaptureRig {
   std::vector<Light> lights;  ///< One, or one for each frame.
-  std::vector<Vec3> cameras;  ///< The same; none with a scan, whose camera it is.
+  std::vector<Vec3> cameras;  ///< Cameras of the photographs, or one; none with a scan, whose camera it is.
 
   [[nodiscard]] const Light& light(std::size_t frame) const { return lights[lights.size() == 1 ? 0 : frame]; }
   [[nodiscard]] const Vec3& camera(std::size_t frame) const { return cameras[cameras.size() == 1 ? 0 : frame]; }

@@ -25,7 +25,7 @@ struct ChartSettings {
   bool interpolates = false;  ///< A photograph whose chart cannot be used takes its light from those before and after.
 };
 
-/// What the command line says instead of the project.
+/// Settings that the command line gives instead of the project.
 struct ChartOptions {
   enum class Method { Project, Off, Auto } method = Method::Project;
 };

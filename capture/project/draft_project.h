@@ -10,9 +10,9 @@ namespace patinate::capture {
 
 struct ProjectDraft {
   std::string text;                   ///< A capture.json, plain.
-  std::vector<std::string> hints;     ///< What its members mean, and which others there are; one line each.
-  std::vector<std::string> found;     ///< What was recognized, one line each.
-  std::vector<std::string> to_check;  ///< What was guessed, or excluded; one line each.
+  std::vector<std::string> hints;     ///< Meaning of its members, and which others there are; one line each.
+  std::vector<std::string> found;     ///< Findings, one line each.
+  std::vector<std::string> to_check;  ///< Guesses and exclusions to check, one line each.
 };
 
 /// Looks at the images and movies in `folder` and in the folders directly in it. The frames are all photographs, which

@@ -24,10 +24,10 @@ struct CapturePhoto {
   bool has_codes = true;        ///< Integers, which become light through the response; not those of camera RAW.
   bool is_raw = false;          ///< Camera RAW: linear light that ends at 1.
   bool is_encoded = false;      ///< Its color is not sRGB codes or linear Rec. 709, as the file says.
-  ImageFacts facts = {};        ///< What the file says of how it is to be seen.
+  ImageFacts facts = {};        ///< Facts of the file on how it is to be seen.
   ImageExposure exposure = {};  ///< Exposure as EXIF says it.
-  std::string said_time = {};   ///< What the file says alone, as photo_time_text(); "" of one of many images.
-  int image = 0;                ///< Which image of the file.
+  std::string said_time = {};   ///< Time that the file alone states, as photo_time_text(); "" of one of many images.
+  int image = 0;                ///< Number of the image in the file.
   int width = 0;                ///< Pixels.
   int height = 0;
   int number = 0;  ///< Among all that the project lists, from 0, as `exclude` counts.
@@ -51,7 +51,7 @@ struct FrameSources {
   std::string time_span = {};                      ///< Time span as FrameTimes says it; "" where it has no dates.
   std::vector<HistoryWarning> time_warnings = {};  ///< Where sources of times disagree.
   bool is_raw = false;                             ///< At least one of them is camera RAW.
-  std::vector<int> excluded = {};                  ///< What `exclude` says; rising.
+  std::vector<int> excluded = {};                  ///< Numbers of `exclude`; rising.
   int num_images = 0;                              ///< That the project lists, excluded ones too.
 };
 

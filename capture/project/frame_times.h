@@ -21,7 +21,7 @@ struct DatedPhoto {
   bool is_kept = true;  ///< False: excluded; it only says when the series begins.
 };
 
-/// What a photograph says of its time, alone, and where: "2020-05-28 18:20:05 (EXIF DateTimeOriginal)"; "" = nothing.
+/// Time that a photograph states, and where: "2020-05-28 18:20:05 (EXIF DateTimeOriginal)"; "" = nothing.
 [[nodiscard]] std::string photo_time_text(const std::filesystem::path& file, const ImageInfo& info);
 
 struct FrameTimes {

@@ -11,7 +11,7 @@
 
 namespace patinate::capture {
 
-/// What a registration says of one scan.
+/// Statement of a registration about one scan.
 struct GivenScan {
   std::string name;
   std::filesystem::path path;                         ///< "" where it does not say.

@@ -20,9 +20,9 @@ struct ProgressOptions {
 };
 void describe(OptionVisitor& v, ProgressOptions& o);
 
-/// What is known of how certain frames are.
+/// Standard deviations of the frames' colors.
 struct FrameDeviations {
-  /// Of frame i: H x W x 3, linear, >= 0. Empty: nothing is known.
+  /// Deviation of frame i: H x W x 3, linear, >= 0. Empty: nothing is known.
   std::function<ImageF(int)> read = {};
   /// Neighboring pixels are off together (light, shape), so that smoothing does not help; if not, each is by itself.
   bool is_shared = false;
@@ -61,7 +61,7 @@ struct ProgressMap {
                                                 const ProgressOptions& options = {}, const RunControl& control = {},
                                                 const FrameDeviations& deviations = {});
 
-/// Of a history: its frames and its mask.
+/// Progress of a history: its frames and its mask.
 [[nodiscard]] ProgressMap progress_from_history(const History& history, const ProgressOptions& options = {},
                                                 const RunControl& control = {});
 

@@ -50,8 +50,8 @@ struct RelitProject {
   TimeUnit time_unit = TimeUnit::Seconds;
   double mm_per_unit = 1.0;
   Response response = {};
-  /// Of the photographs, in a world of mm. A project without any shape may leave it out: then it looks along -z of a
-  /// frame in which the directional lights stand, x right, y up.
+  /// Camera of the photographs, in a world of mm. A project without any shape may leave it out: then it looks along -z
+  /// of a frame in which the directional lights stand, x right, y up.
   Camera camera_mm;
   bool is_camera_given = true;
   std::vector<Light> lights = {};

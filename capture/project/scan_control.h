@@ -20,7 +20,7 @@ struct ScanOptions {
 };
 void describe(OptionVisitor& v, ScanOptions& o);
 
-/// Which place of the photograph each pixel of an image shows: x_photo = x0 + (x + 0.5) width / num_columns - 0.5, and
+/// Place of the photograph that each pixel of an image shows: x_photo = x0 + (x + 0.5) width / num_columns - 0.5, and
 /// so in y. Pixel edges coincide, as when the part is averaged down.
 struct PhotoPart {
   double x0 = 0.0;  ///< First pixel of the part, in the photograph.

@@ -9,7 +9,7 @@
 
 namespace patinate::capture {
 
-/// What a clock showed.
+/// Reading of a clock.
 struct TimeStamp {
   std::int64_t clock_us = 0;           ///< Microseconds from 1970-01-01 00:00 of that clock on.
   std::int64_t resolution_us = 0;      ///< The time lies in [clock_us, clock_us + resolution_us); > 0.

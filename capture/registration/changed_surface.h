@@ -6,7 +6,7 @@
 
 namespace patinate::capture {
 
-/// What two scans in a pose say of a change between them.
+/// Evidence of a change between two scans in a pose.
 struct ChangedSurface {
   double staying = 1.0;  ///< Share of the partners that are no farther apart than the points' own scatter makes them.
   /// What the pose would move by, (rotation in radians, shift) about the target's middle in the scans' unit, were only

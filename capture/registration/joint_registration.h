@@ -14,7 +14,7 @@ namespace patinate::capture {
 struct RegistrationEdge {
   int target = 0;
   int source = 0;
-  PairRegistration pair;    ///< What the two say alone; Converged or Degenerate.
+  PairRegistration pair;    ///< Result of the two scans alone; Converged or Degenerate.
   bool is_in_tree = false;  ///< The chain by which the poses were begun.
   bool is_used = true;      ///< false: it contradicts all others, and was excluded.
   double closure_deg =
@@ -29,8 +29,8 @@ struct RegisteredScan {
   int partner = -1;           ///< Scan that it overlaps most with; -1 = none.
   double overlap = 0.0;       ///< With it.
   double rms_residual = 0.0;  ///< Over all its edges, in the joint poses.
-  /// Of (rotation in radians, shift) about `center`; 0 for the reference. As in PairRegistration, and what the pose
-  /// would move by were the changed share misjudged, where it overlaps with the reference.
+  /// Covariance of (rotation in radians, shift) about `center`; 0 for the reference. As in PairRegistration, and what
+  /// the pose would move by were the changed share misjudged, where it overlaps with the reference.
   Matrix6 covariance = Matrix6::Zero();
   double staying = 1.0;        ///< Staying as in PairRegistration, since the reference; 1 where the two do not overlap.
   Vec3 center = Vec3::Zero();  ///< The scan's middle in the reference's frame.

@@ -87,12 +87,12 @@ class PreparedScan {
 [[nodiscard]] std::vector<PreparedScan> prepare_scans(std::span<const PointCloud> scans,
                                                       const RegistrationOptions& options,
                                                       const RunControl& control = {});
-/// As register_pair() of clouds (registration.h).
+/// Works as register_pair() of clouds (registration.h).
 [[nodiscard]] PairRegistration register_pair(const PreparedScan& target, const PreparedScan& source,
                                              const std::optional<RigidTransform>& start,
                                              const RegistrationOptions& options = {}, const RunControl& control = {});
 
-/// What register_pair() says of a pose that came from elsewhere; the pose stays as it is (num_iterations 0).
+/// Judges a pose that came from elsewhere, as register_pair() does; the pose stays as it is (num_iterations 0).
 [[nodiscard]] PairRegistration judge_pose(const PreparedScan& target, const PreparedScan& source,
                                           const RigidTransform& target_from_source,
                                           const RegistrationOptions& options = {}, const RunControl& control = {});
@@ -115,8 +115,8 @@ inline constexpr double kCoarseDistance = 0.12;  ///< Of coarse surfels, normali
 [[nodiscard]] RigidTransform in_unit(const RigidTransform& pose, const PreparedScan& target,
                                      const PreparedScan& source);
 
-/// Of what is seen by both scans in a pose (normalized): the share that lies in the other scanner's lines of sight by
-/// more than `tolerance`; nothing when neither scan says where its scanner stood. @param num_looked  About so many
+/// Of the surface that both scans see in a pose (normalized), the share that lies in the other scanner's lines of sight
+/// by more than `tolerance`; nothing when neither scan says where its scanner stood. @param num_looked  About so many
 /// surfels of either scan are looked at; > 0.
 [[nodiscard]] std::optional<double> share_in_front(const PreparedScan& target, const PreparedScan& source,
                                                    const RigidTransform& pose, double tolerance, int num_looked);

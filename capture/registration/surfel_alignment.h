@@ -70,7 +70,7 @@ struct PairSums {
   void add(const PairSums& other);
 };
 
-/// What align_surfels() found.
+/// Result of align_surfels().
 struct SurfelAlignment {
   RigidTransform target_from_source;
   PairSums sums;

@@ -10,14 +10,14 @@
 
 namespace patinate::capture {
 
-/// Of one place: what a scan lies higher than the reference, and how well that is known from the points alone.
+/// Difference at one place: how much higher a scan lies than the reference, and how well the points alone tell it.
 struct PlaceDifference {
   double change = 0.0;
   double variance = 0.0;
   bool is_measured = false;
 };
 
-/// What is known of a scan beside the differences.
+/// Facts of a scan beside the differences.
 struct ChangeModel {
   Matrix6 pose_covariance = Matrix6::Zero();  ///< About `center`.
   Vec3 center = Vec3::Zero();

@@ -29,7 +29,7 @@ struct ReliefTask {
   std::vector<PlacedScanFile> scans;  ///< At least 2, in the order of time.
   std::size_t reference = 0;
   double mm_per_unit = 1.0;   ///< Mm per unit of the scans' files.
-  std::vector<double> times;  ///< As many as scans, increasing.
+  std::vector<double> times;  ///< Time of each scan, increasing.
   TimeUnit time_unit = TimeUnit::Days;
   std::filesystem::path stable;  ///< Image of the view's size, white where the surface is known to stay; "" = none.
   ReliefOptions options;

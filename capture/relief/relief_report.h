@@ -12,7 +12,7 @@ namespace patinate::capture {
 
 /// change/0001.exr, and with another extension its picture.
 [[nodiscard]] std::filesystem::path change_file(std::size_t scan, const std::string& extension);
-/// What a user should know before the figures are used, about the change of `name`.
+/// Warnings for the user before the figures are used, about the change of `name`.
 [[nodiscard]] std::vector<HistoryWarning> relief_warnings(const ReliefChange& change, const std::string& name,
                                                           bool has_stable);
 /// Writes kReliefFile, kReliefTableFile, kReliefPageFile, and change_file() of every scan but the reference.

@@ -19,7 +19,7 @@ namespace patinate::capture {
   return row;
 }
 
-/// What a scan lies higher than the reference, over one place or on the mean of several.
+/// Height of a scan over the reference, at one place or in the mean of several.
 struct HeightDifference {
   Vec6 row = Vec6::Zero();  ///< raising_row(), or a mean of several.
   double change = 0.0;      ///< Along the normal.

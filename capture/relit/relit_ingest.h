@@ -15,7 +15,7 @@
 
 namespace patinate::capture {
 
-/// What happened at every step, for programs; for people it is kIngestPageFile.
+/// Events of every step, for programs; for people it is kIngestPageFile.
 inline constexpr const char* kRelitReportFile = "relit.json";
 
 /// How steps' scans find their places: all together in one graph of poses, or each on the reference's.

@@ -19,7 +19,7 @@
 
 namespace patinate::capture {
 
-/// What relit_reference.cpp finds and every step needs.
+/// Result of relit_reference.cpp that every step needs.
 struct RelitReference {
   ScanView view;                   ///< Nothing seen when the project has no shape.
   std::vector<Vec3> patch_target;  ///< One a light: what the patch should show; empty without a patch.
@@ -27,7 +27,7 @@ struct RelitReference {
       false;  ///< The target follows from the patch's albedo; else it is what the reference step shows.
 };
 
-/// What registering a step's scan found.
+/// Registration of a step's scan.
 struct RelitRegistration {
   double rms_mm = 0.0;
   double overlap = 0.0;
@@ -47,13 +47,13 @@ struct RelitPose {
   bool is_joint = false;  ///< Solved for together with other steps; else with the reference alone.
 };
 
-/// What became of a lamp's samples: shares of the surface by SampleState; Outside is not counted.
+/// State of a lamp's samples: shares of the surface by SampleState; Outside is not counted.
 struct RelitLight {
   std::array<double, kNumSampleStates> shares = {};
   double residual = 0.0;
 };
 
-/// What solving a step's photographs found.
+/// Solution of a step's photographs.
 struct RelitSolution {
   std::vector<RelitLight> lights = {};
   double residual = 0.0;
@@ -77,11 +77,11 @@ struct RelitStepFacts {
   RelitPose pose;
   std::optional<RelitFrame> frame = {};  ///< None: the step is excluded from the history.
 };
-/// As relit.json and the files of the steps have them.
+/// Facts as relit.json and the files of the steps have them.
 [[nodiscard]] Json to_json(const RelitStepFacts& facts);
 /// The inverse; of files of our own only.
 [[nodiscard]] RelitStepFacts relit_step_facts(const Json& json);
-/// The same of a pose alone.
+/// Facts of a pose alone.
 [[nodiscard]] Json to_json(const RelitPose& pose);
 [[nodiscard]] RelitPose relit_pose(const Json& json);
 
@@ -136,7 +136,7 @@ void subtract_ambient(ImageF& photo, const ImageF& ambient);
 /// Mean over the patch's pixels. @throws IoError naming the photograph if it is saturated or black there.
 [[nodiscard]] Vec3 patch_mean(const RelitProject& project, const StepPhoto& photo, const ImageF& ambient,
                               const std::filesystem::path& file);
-/// What the patch shows in the reference step's photographs, and what it should show. @param view  Of the reference.
+/// Finds the patch in the reference step's photographs, and what it should show. @param view  Of the reference.
 void find_patch_target(const RelitProject& project, RelitReference& reference);
 
 /// Stage 0: the reference view, its curvature, the patch.

@@ -15,7 +15,7 @@
 namespace patinate::capture {
 
 inline constexpr int kThumbnailSide_px = 160;        ///< Longer side of a thumbnail, at most.
-inline constexpr int kReportMapSide_px = 320;        ///< The same of a map.
+inline constexpr int kReportMapSide_px = 320;        ///< Longer side of a map, at most.
 inline constexpr std::size_t kMaxThumbnails = 60;    ///< More frames are in the table alone.
 inline constexpr std::size_t kMaxMarkedFrames = 30;  ///< Of those, frames that are shown because a warning names them.
 

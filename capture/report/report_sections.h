@@ -19,16 +19,16 @@ inline constexpr const char* kIngestPageFile = "report.html";
 
 /// The frames of a history and what is known of each, in order of time.
 struct ReportSeries {
-  std::string one = "photograph";                      ///< What a frame is called: "photograph", "step".
+  std::string one = "photograph";                      ///< Word for a frame: "photograph", "step".
   std::string masked = "saturated or in a highlight";  ///< Why a place is masked in a frame.
-  std::string unseen = "out of view";                  ///< The same of places that its camera did not see; "" = none.
+  std::string unseen = "out of view";                  ///< Word for places that its camera did not see; "" = none.
   std::vector<std::string> names = {};                 ///< Names of its photograph, or step.
-  std::vector<double> times = {};                      ///< As many.
+  std::vector<double> times = {};                      ///< Time of each frame.
   std::vector<std::string> time_labels = {};           ///< The times as people read them.
   std::string unit = {};                               ///< Unit of the times, as people read it.
   std::map<std::string, std::string> places = {};    ///< By the text of a warning: which part of the picture, if known.
   std::vector<HistoryWarning> warnings = {};         ///< The worst first.
-  std::vector<std::vector<std::string>> found = {};  ///< What was found at each frame; none, or as many as frames.
+  std::vector<std::vector<std::string>> found = {};  ///< Findings of each frame; none, or as many as frames.
   ReportFrames look = {};
 };
 
@@ -42,7 +42,7 @@ struct ReportSeries {
 /// "4.85 d".
 [[nodiscard]] std::string time_text(const ReportSeries& series, std::size_t frame);
 
-/// What was warned of, with where: photographs with their times, and the part of the picture where it is known.
+/// Adds the warnings, with where: photographs with their times, and the part of the picture where it is known.
 void add_warnings(HtmlPage& page, const ReportSeries& series);
 /// Brightness, color, change from the first frame, and how much is masked, over time. Nothing of a single frame.
 void add_color_curves(HtmlPage& page, const ReportSeries& series);

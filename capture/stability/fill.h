@@ -12,7 +12,7 @@
 
 namespace patinate::capture {
 
-/// What a pixel of a frame shows, as a code of an 8-bit image.
+/// Content of a pixel of a frame, as a code of an 8-bit image.
 enum class Validity : std::uint8_t {
   OutOfView = 0,   ///< The camera did not see it.
   Highlight = 64,  ///< A highlight that stands still.
@@ -26,7 +26,7 @@ struct FillOptions {
 };
 void describe(OptionVisitor& v, FillOptions& o);
 
-/// Which pixels stay, and which frames need filling.
+/// Pixels that stay, and frames that need filling.
 struct FillPlan {
   ImageU8 inside;  ///< 255 where the color is known, or can be filled, in every frame.
   Image<std::int32_t>

@@ -26,7 +26,7 @@ void describe(OptionVisitor& v, FlatFieldOptions& o);
 [[nodiscard]] ImageF flat_field_from_image(const ImageF& light, const FlatFieldOptions& options = {},
                                            const RunControl& control = {});
 
-/// The same gain without such a photograph: a polynomial is fitted to the median over time of each pixel's log
+/// Estimates the gain without such a photograph: a polynomial is fitted to the median over time of each pixel's log
 /// luminance, robustly (Tukey weights), so that grains, crystals and streaks that stand out of the slow fall-off do not
 /// count. What the surface itself does slowly over the whole picture cannot be told from the lamp.
 /// @param read_frame  Frame i as H x W x 3, linear. At most 32 evenly spaced frames are read, one at a time.

@@ -36,7 +36,7 @@ struct LightChange {
 struct FrameChange {
   std::array<double, 3>
       log_gain{};        ///< Natural logarithm of frame / reference, per channel: the median over the picture.
-  LightChange light;     ///< What of it is the light's: measured on places of 4 x 4 pixels of the coarse light.
+  LightChange light;     ///< Part of it that is the light's: measured on places of 4 x 4 pixels of the coarse light.
   double surface = 0.0;  ///< Mean distance of sRGB codes in [0, 1] that is left when the gain is taken out.
 };
 

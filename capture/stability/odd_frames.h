@@ -25,7 +25,7 @@ struct FrameRun {
                                                  const std::vector<FrameFinding>& findings);
 
 /// Decides for every finding which of its two photographs stands out, and turns it round where that is the earlier one.
-/// What a finding says of motion, of light and of the surface is judged by itself: it may fall into two.
+/// Judges motion, light and surface of a finding by themselves: it may fall into two.
 ///
 /// - A run inside the series, of one to three frames and fewer than there are others, is odd when the pairs at both of
 ///   its ends are found wanting and its neighbors follow one another without it: motions or gains from end to end

@@ -11,10 +11,10 @@
 
 namespace patinate::capture {
 
-/// As files and warnings name them.
+/// Names of the channels in files and warnings.
 inline constexpr std::array<std::string_view, 3> kChannelNames{"red", "green", "blue"};
 
-/// Of the channel that hides the most.
+/// Unsteadiness of the channel that hides the most.
 struct RestlessLight {
   int channel = 0;         ///< 0 = red, 1 = green, 2 = blue.
   double deviation = 0.0;  ///< Of a photograph's light from the course of the series: relative, one standard deviation.

@@ -30,7 +30,7 @@ struct LampReflection {
   [[nodiscard]] double at(const PicturePoint& p) const;
 };
 
-/// What stays in the picture while the surface changes: photograph = lamp * albedo + reflection.
+/// Light that stays in the picture while the surface changes: photograph = lamp * albedo + reflection.
 struct StaticLight {
   std::optional<LampLight> lamp;
   std::optional<LampReflection> reflection;
@@ -56,7 +56,7 @@ struct StaticLight {
 /// @throws InvalidInput if sizes differ.
 [[nodiscard]] StaticLight find_static_light(const std::vector<ImageF>& frames, const ImageU8& mask);
 
-/// What the surface alone would look like: (photograph - reflection) / lamp * its mean, at least 0.
+/// Removes the light: (photograph - reflection) / lamp * its mean, at least 0.
 void take_light_out(ImageF& photograph, const StaticLight& light);
 
 }  // namespace patinate::capture

@@ -38,12 +38,12 @@ struct FramePair {
 [[nodiscard]] FramePair compare_frames(int reference_index, const PreparedFrame& reference, int frame_index,
                                        const PreparedFrame& frame, bool always_motion);
 
-/// Of so many pairs and fewer nothing is usual, so that none stands out.
+/// Number of pairs up to which nothing is usual, so that none stands out.
 inline constexpr std::size_t kFewPairs = 6;
 /// Median deviations of gains from where on one stands out: six standard deviations.
 inline constexpr double kOutstanding = 6.0 * 1.4826;
 
-/// What a pair says of the light, log gains: what the picture shares where that is sure, else its median.
+/// Change of the light in a pair, log gains: what the picture shares where that is sure, else its median.
 [[nodiscard]] const std::array<double, 3>& brightening(const FramePair& pair);
 /// Correlation of the pair's detail as it fits best: moved, or as it lies. [-1, 1]
 [[nodiscard]] double best_similarity(const FramePair& pair);
@@ -60,14 +60,14 @@ void mark_plain(FramePair& pair, double plain_contrast);
 /// plain pairs say nothing.
 [[nodiscard]] bool is_unmatched(const FramePair& pair);
 
-/// What is wrong with a photograph against the one before.
+/// Problem of a photograph against the one before.
 struct FrameFinding {
   int frame = 0;      ///< Frame of the pair: the later one.
-  int odd_frame = 0;  ///< Which one stands out; `frame`, until find_odd_frames() says otherwise.
+  int odd_frame = 0;  ///< Frame that stands out; `frame`, until find_odd_frames() says otherwise.
   int against = 0;    ///< From which one that is seen: the other of the pair, or the last before a run of odd ones.
   bool is_shifted = false;
   bool is_exposure_changed = false;
-  bool is_light_unclear = false;  ///< As bright or colored differently, but the surface may be what changed.
+  bool is_light_unclear = false;  ///< Bright or colored differently, but the surface may be what changed.
   bool is_jump = false;           ///< It does not follow from the one before, and no motion explains it.
   bool is_unmatched = false;      ///< The pair is_unmatched().
   double similarity = 0.0;        ///< best_similarity() of the pair.
@@ -82,7 +82,7 @@ struct FrameFinding {
 /// Sets shift, turn and size of a finding. @param motion  Of the odd frame from the other one.
 void describe_motion(const Eigen::Affine2d& motion, int width, int height, FrameFinding& finding);
 
-/// What a finding says, kind by kind; empty where it says nothing.
+/// Texts of a finding, kind by kind; empty where it has none.
 struct FindingTexts {
   std::string moved;      ///< "moved by 12.3 px left and 21.8 px up, turned by -1.9 degrees, 4.7 % larger".
   std::string exposed;    ///< "light times 1.1, 1.1, 1.3 (red, green, blue)".

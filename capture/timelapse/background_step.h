@@ -19,7 +19,7 @@ namespace patinate::capture {
                                                               const std::filesystem::path& folder, ImageU8& mask,
                                                               const RunControl& control);
 
-/// The same before the frames are finished, without warnings: for what is decided inside the mask.
+/// Removes the background before the frames are finished, without warnings: for what is decided inside the mask.
 /// @param read_frame  The roi of frame i, linear.
 void take_background_off_early(const IngestWork& work, const std::function<ImageF(int)>& read_frame, ImageU8& mask,
                                const RunControl& control);

@@ -17,10 +17,10 @@
 
 namespace patinate::capture {
 
-/// What the chart says, kept in the history's work: the camera, and every photograph's light.
+/// Result of the chart, kept in the history's work: the camera, and every photograph's light.
 inline constexpr const char* kChartFile = "survey/chart.json";
 
-/// The same, loaded once.
+/// Result of the chart, loaded once.
 struct ColorTable {
   std::mutex mutex;
   bool is_loaded = false;

@@ -14,7 +14,7 @@ namespace patinate::capture {
 /// Figures of every material and time.
 inline constexpr const char* kGlossFile = "gloss.json";
 
-/// What a series under known lamps tells.
+/// Result of a series under known lamps.
 struct SeriesGloss {
   GlossRig rig = {};
   StandingGloss found = {};

@@ -43,7 +43,7 @@ struct IngestWork {
   [[nodiscard]] HistoryManifest manifest() const;
 };
 
-/// Of all photographs, as they were taken.
+/// Number of pixels of all photographs, as they were taken.
 [[nodiscard]] inline double num_photo_pixels(const CaptureProject& project) {
   return static_cast<double>(project.photo_width) * project.photo_height * static_cast<double>(project.frames.size());
 }
@@ -51,14 +51,14 @@ struct IngestWork {
 struct PixelSize {
   int width, height;
 };
-/// Of a history whose longer side is reduced to `longest` pixels, if it has more; 1 or more either way.
+/// Size of a history whose longer side is reduced to `longest` pixels, if it has more; 1 or more either way.
 [[nodiscard]] PixelSize reduced_size(const CaptureProject& project, int longest);
 
 /// Content of every frame's image. @throws IoError
 [[nodiscard]] std::vector<std::string> ingest_photo_keys(const CaptureProject& project);
 /// Key of what frame `index` depends on.
 [[nodiscard]] std::string ingest_frame_key(const IngestWork& work, std::size_t index);
-/// What a photograph is called among the inputs.
+/// Name of a photograph among the inputs.
 [[nodiscard]] std::string photo_name(const CaptureProject& project, const CapturePhoto& frame);
 /// Everything that the history depends on, by name.
 [[nodiscard]] JobInputs ingest_inputs(const IngestWork& work);

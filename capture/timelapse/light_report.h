@@ -25,7 +25,7 @@ struct ChangedPhoto {
   std::array<double, 3> factors{1.0, 1.0, 1.0};
 };
 
-/// What --flat-field did.
+/// Report of --flat-field.
 struct FlatFieldReport {
   double ratio = 1.0;  ///< Brightest to darkest light that was divided out, as UnevenLight::ratio; the largest channel.
   std::array<FactorRange, 3> ranges{};
@@ -34,7 +34,7 @@ struct FlatFieldReport {
   std::vector<double> last_shares = {};
 };
 
-/// What --deflicker did.
+/// Report of --deflicker.
 struct DeflickerReport {
   std::array<FactorRange, 3> ranges{};
   std::vector<ChangedPhoto> changed;  ///< Every photograph that was changed, the most changed first.
@@ -52,7 +52,8 @@ struct SeriesLight {
   std::optional<UnevenLight> uneven;  ///< Uneven light of the finished frames: what repairs left.
   std::optional<FlatFieldReport> flat_field;
   std::optional<DeflickerReport> deflicker;
-  std::optional<StaticLight> static_light;  ///< What was taken out because it stayed while the surface was replaced.
+  std::optional<StaticLight>
+      static_light;  ///< Light that was removed because it stayed while the surface was replaced.
   std::optional<LayerWindow> layer_window;  ///< Layer window of the thickness from transmitted light.
   std::optional<ExifExposureReport> exif;   ///< Where two photographs or more say it.
 };
@@ -77,7 +78,7 @@ void add_light_report(Json& survey, const SeriesLight& report);
 /// @param flat_field  RepairOptions::flat_field. @param num_frames  Of the history; >= 1.
 [[nodiscard]] std::vector<HistoryWarning> light_warnings(const SeriesLight& report, const std::string& flat_field,
                                                          int num_frames);
-/// What was done to the light, a line each.
+/// Notes on the light, a line each.
 [[nodiscard]] std::vector<std::string> light_notes(const SeriesLight& report);
 
 }  // namespace patinate::capture

@@ -12,7 +12,7 @@ namespace patinate::capture {
 /// Share of the pixels from where on a mask is warned of: what is left may not stand for the surface.
 inline constexpr double kMuchMasked = 0.2;
 
-/// Of `given`, the share that `result` has not: saturated, in a highlight or out of view. 0 when nothing is given.
+/// Share of `given` that `result` lacks: saturated, in a highlight or out of view. 0 when nothing is given.
 /// @param given  H x W, 0 = outside from the start; empty = all inside. @param result  Likewise, of the history.
 [[nodiscard]] double outside_share(const ImageU8& given, const ImageU8& result);
 

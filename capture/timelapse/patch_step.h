@@ -17,7 +17,7 @@
 
 namespace patinate::capture {
 
-/// What the patch says, kept in the history's work; every photograph's factors.
+/// Result of the patch, kept in the history's work; every photograph's factors.
 inline constexpr const char* kPatchFile = "survey/patch.json";
 
 /// Factors by the photograph's number, loaded once.

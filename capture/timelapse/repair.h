@@ -68,13 +68,13 @@ struct SurveyOutsider {
   std::optional<double> similarity = {};  ///< Of its detail with the best of the others that it was laid over, [-1, 1].
   bool is_plain = false;                  ///< It shows too little detail to be laid, and nothing says another view.
 };
-/// What survey.json of a history says.
+/// Content of a history's survey.json.
 struct SurveyReport {
   std::vector<SurveyFinding> findings;
   std::vector<SurveyOutsider> unlinked;
   std::vector<SurveyPhoto> better_order;  ///< In which they follow one another much better; empty: in none.
   double detour = 1.0;                    ///< How much more followers differ than in that order.
-  std::vector<int> excluded;              ///< What `exclude` of the project said.
+  std::vector<int> excluded;              ///< Numbers that `exclude` of the project lists.
   bool is_stabilized = false;
   bool is_deflickered = false;
   std::optional<RestlessLight> restless_light;

@@ -25,7 +25,7 @@ struct IngestStages {
 };
 [[nodiscard]] IngestStages ingest_stages(const IngestWork& work);
 
-/// What the repairs of all frames need, loaded once.
+/// Tables that the repairs of all frames need, loaded once.
 struct RepairTables {
   std::mutex mutex;
   bool is_loaded = false;
@@ -55,7 +55,7 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
 [[nodiscard]] std::filesystem::path clipped_file(int index);
 /// Codes of Validity of a finished frame.
 [[nodiscard]] ImageU8 read_validity(const std::filesystem::path& folder, int index);
-/// What of the repairs a frame depends on besides its own photograph; "" = nothing.
+/// Key of the repairs that a frame depends on besides its own photograph; "" = none.
 [[nodiscard]] std::string repair_frame_key(const IngestWork& work);
 /// Adds what the history depends on.
 void add_repair_inputs(JobInputs& inputs, const IngestWork& work);
@@ -64,7 +64,7 @@ void add_repair_inputs(JobInputs& inputs, const IngestWork& work);
 /// @throws IoError; InvalidInput; CannotComplete as refuse_worse_light().
 [[nodiscard]] ImageF make_flat_field(const IngestWork& work, const std::filesystem::path& folder,
                                      const RunControl& control);
-/// What it depends on.
+/// Key of its inputs.
 [[nodiscard]] std::string flat_field_key(const IngestWork& work);
 /// Content of all photographs.
 [[nodiscard]] std::string all_photos_key(const IngestWork& work);

@@ -11,10 +11,11 @@ struct Interreflection {
   double unseen_share = 0.0;  ///< Of the rays that met the surface, those that met it where the camera does not see it.
 };
 
-/// What arrives at every texel from the rest of the blockers under each lamp. A photograph holds the light that leaves
-/// every place it shows, however often that was thrown to and fro; where it is saturated or a highlight, `fitted` says
-/// what a matt surface would show. Places that the camera does not see have the median albedo and the lamp's light
-/// alone. 256 stratified rays from each texel of a grid, which others of the same surface are interpolated from.
+/// Light that arrives at every texel from the rest of the blockers under each lamp. A photograph holds the light that
+/// leaves every place it shows, however often that was thrown to and fro; where it is saturated or a highlight,
+/// `fitted` says what a matt surface would show. Places that the camera does not see have the median albedo and the
+/// lamp's light alone. 256 stratified rays from each texel of a grid, which others of the same surface are interpolated
+/// from.
 /// @param fitted  Of all texels, without interreflection.
 /// @throws InvalidInput without blockers. Same bits for any number of threads.
 [[nodiscard]] Interreflection gather_interreflection(const UnlightWork& work, const UnlightResult& fitted,

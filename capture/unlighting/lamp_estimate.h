@@ -6,7 +6,7 @@
 
 namespace patinate::capture {
 
-/// What came of estimate_lamps().
+/// Result of estimate_lamps().
 struct LampEstimate {
   bool is_converged = false;
   bool is_determined = true;  ///< False when some combination of strengths and ambient changes nothing that is seen.

@@ -10,10 +10,10 @@
 
 namespace patinate::capture {
 
-/// Of each pixel the vector g (albedo / pi times normal) whose light max(0, g . l) is nearest to what is photographed,
-/// the sum of the roots of the differences being smallest: shadows and highlights, however far off, hardly pull. Tried
-/// are the solutions of three lamps, all triples of up to 12 lamps and 220 spread ones of more. What unlight() begins
-/// with when there is no scan; it then weighs all samples that agree.
+/// For each pixel, the vector g (albedo / pi times normal) whose light max(0, g . l) is nearest to what is
+/// photographed, the sum of the roots of the differences being smallest: shadows and highlights, however far off,
+/// hardly pull. Tried are the solutions of three lamps, all triples of up to 12 lamps and 220 spread ones of more. What
+/// unlight() begins with when there is no scan; it then weighs all samples that agree.
 /// @param photos  L images H x W x C, linear; a pixel's channels are summed. @param valid  L images H x W, 0 = does not
 /// count; or none.
 /// @param mask    H x W; may be empty. @param lights  L, directional, at least 3 that do not lie in a plane.

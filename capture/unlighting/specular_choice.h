@@ -10,7 +10,7 @@ namespace patinate::capture {
 
 inline constexpr double kTold = 2.0;  ///< Standard deviations from which lamps tell one choice from another.
 
-/// What the samples of one texel cost under a fit: the sum over channels of squared residuals in standard deviations,
+/// Cost of one texel's samples under a fit: the sum over channels of squared residuals in standard deviations,
 /// and of the logarithms of what `samples.variance` is over `plain_variance`, lamp by lamp, and never more for a lamp
 /// than what it costs to reject it.
 /// @param samples  As fit_texel() left them; @param plain_variance  of the same samples, before highlights made them

@@ -8,7 +8,7 @@ namespace patinate::capture {
 
 struct SpecularFit {
   ImageF values = {};  ///< H x W x 2: strength >= 0, roughness; 0, 0 where nothing is determined near.
-  double gain = 0.0;   ///< What it explains of the samples' chi-square.
+  double gain = 0.0;   ///< Chi-square of the samples that it explains.
 };
 
 /// Highlights of a form. For each of a series of roughnesses, strength is the least-squares factor of the

@@ -29,8 +29,8 @@ struct TexelHighlight {
   }
 };
 
-/// What the lamps show of one texel; arrays of L, or of L x C with the channel running fastest. Reused from texel to
-/// texel.
+/// Samples of one texel under all lamps; arrays of L, or of L x C with the channel running fastest. Reused from texel
+/// to texel.
 struct TexelSamples {
   int num_lights = 0;
   int num_channels = 0;
@@ -85,7 +85,7 @@ struct TexelFit {
 /// The highlight in one channel's value under a normal.
 [[nodiscard]] double highlight_value(const TexelSamples& samples, int light, int channel, const Vec3& normal);
 
-/// What of a fitted albedo a channel would have more, over itself, if its clean samples were left with their highlight.
+/// Excess of a fitted albedo's channel, over itself, if its clean samples were left with their highlight.
 [[nodiscard]] double highlight_share(const TexelSamples& samples, const TexelFit& fit, int channel);
 
 /// Least squares of value = albedo (irradiance max(0, n . l) + ambient) + highlight over albedos, the normal that both

@@ -23,14 +23,14 @@ inline constexpr int kNumLobeRoughness = static_cast<int>(kLobeRoughness.size())
 inline constexpr double kMinOwn = 0.05;
 inline constexpr double kSignificantGain = 30.0;  ///< Of chi-square; 5.5 standard deviations.
 
-/// Of one texel: for each roughness, the lobe's square and its product with the samples, diffuse light eliminated.
+/// Sums of one texel: for each roughness, the lobe's square and its product with the samples, diffuse light eliminated.
 struct LobeSums {
   std::array<double, kNumLobeRoughness> lobe_lobe{};
   std::array<double, kNumLobeRoughness> lobe_value{};
   std::array<double, kNumLobeRoughness> whole_lobe{};  ///< Its square before anything is eliminated.
 };
 
-/// The same with a strength for each channel: a lobe of strengths s lowers chi-square by 2 s . value - s . lobe s.
+/// Lobe with a strength for each channel: strengths s lower chi-square by 2 s . value - s . lobe s.
 struct ChannelLobe {
   Eigen::Matrix3d lobe = Eigen::Matrix3d::Zero();
   Eigen::Vector3d value = Eigen::Vector3d::Zero();
@@ -45,7 +45,7 @@ struct ChannelLobe {
   }
 };
 
-/// What a texel says of lobes under two suppositions: with albedos of its own, and with none, as metal.
+/// Evidence of a texel about lobes under two suppositions: with albedos of its own, and with none, as metal.
 struct TexelEvidence {
   int x = 0, y = 0;
   int step = 0;                            ///< Of several that are looked at together.
@@ -63,7 +63,7 @@ struct TexelEvidence {
   }
 };
 
-/// What a texel's light is linear in: three albedos and the normal's two turns.
+/// Unknowns that a texel's light is linear in: three albedos and the normal's two turns.
 using Unknowns = Eigen::Matrix<double, 5, 1>;
 using Normals = Eigen::Matrix<double, 5, 5>;
 using Channels = Eigen::Matrix<double, 3, 1>;

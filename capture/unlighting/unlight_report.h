@@ -19,7 +19,7 @@ namespace patinate::capture {
 /// magenta = not valid, black = unlit, light gray = clean, dark gray = outside.
 [[nodiscard]] std::array<float, 3> sample_state_color(SampleState state);
 
-/// What became of one lamp's samples, as sample_state_color() over the photograph, which shows where they are clean.
+/// Picture of one lamp's samples, as sample_state_color() over the photograph, which shows where they are clean.
 /// @returns H x W x 3, linear.
 [[nodiscard]] ImageF samples_picture(const UnlightInput& input, const UnlightResult& result, int light);
 /// Normals as colors in the camera's axes: red right, green up, blue to the camera. Codes, H x W x 3.

@@ -26,7 +26,7 @@ struct UnlightStep {
   std::optional<std::filesystem::path> ambient = {};
   std::optional<std::filesystem::path> scan = {};
   std::optional<std::filesystem::path> mask = {};
-  std::vector<std::string> notes = {};  ///< What was assumed, one line each.
+  std::vector<std::string> notes = {};  ///< Assumptions, one line each.
   int width = 0;                        ///< Width of every photograph.
   int height = 0;
   bool is_gray = false;    ///< Every photograph has one channel.
@@ -39,11 +39,11 @@ struct UnlightStep {
 /// @throws IoError / InvalidInput naming the file and what is wrong.
 [[nodiscard]] UnlightStep read_unlight_step(const std::filesystem::path& file);
 
-/// What unlight() takes.
+/// Input of unlight().
 struct UnlightScene {
   UnlightInput input;
   std::unique_ptr<const Mesh> scan;  ///< That input.blockers points to; null without a scan.
-  ImageF ambient;                    ///< What was subtracted; empty when nothing was.
+  ImageF ambient;                    ///< Ambient light that was subtracted; empty when none was.
 };
 
 /// Decodes the photographs (code 254 of 255 and more is saturated), subtracts the ambient one, and casts every pixel on

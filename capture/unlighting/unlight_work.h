@@ -48,7 +48,7 @@ struct UnlightWork {
 
   [[nodiscard]] bool is_surface(int x, int y) const { return is_inside(input.mask, x, y); }
   [[nodiscard]] Vec3 position(int x, int y) const;
-  /// Of a photographed value, before the noise scale.
+  /// Variance of a photographed value, before the noise scale.
   [[nodiscard]] double variance_of(double value) const {
     return options.noise_floor * options.noise_floor + options.noise_share * options.noise_share * value * value;
   }
@@ -57,11 +57,11 @@ struct UnlightWork {
   [[nodiscard]] Vec3 to_camera(int x, int y) const;
   /// Everything that fit_texel() needs of a texel; its highlight makes the samples less certain.
   void load(int x, int y, TexelSamples& texel) const;
-  /// The same without its highlight.
+  /// Loads a texel without its highlight.
   void load_raw(int x, int y, TexelSamples& texel) const;
   /// Its highlight under this normal makes the samples less certain.
   void add_highlight_variance(TexelSamples& texel, const Vec3& normal) const;
-  /// Of the highlight of a texel: the mean over channels is 1.
+  /// Tint of a texel's highlight: the mean over channels is 1.
   [[nodiscard]] std::array<double, 3> tint(SpecularTint kind, int x, int y) const;
   /// At most `max_count` texels of the surface, spread evenly over it, as y * width + x.
   [[nodiscard]] std::vector<std::int64_t> spread_texels(std::int64_t max_count) const;

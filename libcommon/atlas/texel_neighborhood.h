@@ -37,7 +37,7 @@ using namespace kernel_types;
 /// The text of texel_neighbors.inl.
 extern const std::string_view kNeighborKernel;
 
-/// What NeighborTables point to.
+/// Arrays that NeighborTables point to.
 struct FlatNeighbors {
   std::vector<std::int32_t> row;
   std::vector<std::uint64_t> is_stored;
@@ -69,7 +69,7 @@ class TexelNeighborhood {
   /// Those in the bands.
   [[nodiscard]] const TexelSet& band() const { return band_; }
   [[nodiscard]] double pixel_mm() const { return pixel_mm_; }
-  /// The same neighbors as Cursor finds, for a device: 4 bytes a texel, and size() * 8 for each triangle with texels.
+  /// Neighbors that Cursor finds, for a device: 4 bytes a texel, and size() * 8 for each triangle with texels.
   /// @throws InvalidInput if the atlas has 2^31 texels or more.
   [[nodiscard]] FlatNeighbors flat(const RunControl& control = {}) const;
   /// Pixels of a texel step to the right and one down (columns) in a triangle.
@@ -82,12 +82,12 @@ class TexelNeighborhood {
         : neighborhood_(neighborhood), steps_(neighborhood.size() * kNumKept), found_(neighborhood.size()) {
       triangles_.fill(-1);
     }
-    /// As TexelMap::gather() says for a covered texel. Valid until the next call.
+    /// Neighbors of a covered texel as TexelMap::gather() finds them. Valid until the next call.
     [[nodiscard]] std::span<const PixelNeighbor> at(TexelId t);
 
    private:
     friend class TexelNeighborhood;
-    /// What the grid of a texel's own triangle says.
+    /// Follows the grid of a texel's own triangle.
     void follow_grid(TexelId t);
 
     const TexelNeighborhood& neighborhood_;
@@ -104,7 +104,7 @@ class TexelNeighborhood {
     static constexpr std::uint32_t kNone = 0xFFFFFFFF;
   };
   static constexpr std::size_t kMaxNeighbors = 128;
-  /// Which neighbors of a texel are stored, and where its first one is.
+  /// Row that says which neighbors of a texel are stored, and where its first one is.
   struct Row {
     std::array<std::uint64_t, kMaxNeighbors / 64> is_stored{};
     std::uint32_t begin = 0;

@@ -17,7 +17,7 @@ inline constexpr std::uint64_t kMaxKeptControlBytes = std::uint64_t{1} << 30;  /
 /// Where maps are kept.
 struct ControlCache {
   std::filesystem::path folder = {};  ///< Empty: none is kept. Made when needed; may be removed at any time.
-  double least_seconds = 0.5;         ///< What is computed faster is not kept; >= 0.
+  double least_seconds = 0.5;         ///< Controls that are computed faster are not kept; >= 0.
 };
 
 /// Content key of everything that a kind's map depends on: the surface with its UVs, the texels, the options that the
@@ -26,8 +26,9 @@ struct ControlCache {
 [[nodiscard]] std::string control_content_key(const std::string& kind, const TexelMap& map,
                                               const ControlKindOptions& options);
 
-/// As make_control(), to the bit, and by it unless the same was made before. What cannot be kept (a folder that is
-/// read-only, a full disk) is not, and a kept file that is damaged is made again. Never fails for either.
+/// Gives what make_control() gives, to the bit, and by it unless the same was made before. What cannot be kept (a
+/// folder that is read-only, a full disk) is not, and a kept file that is damaged is made again. Never fails for
+/// either.
 /// @throws as make_control().
 [[nodiscard]] ControlMap cached_control(const std::string& kind, const TexelMap& map, const ControlKindOptions& options,
                                         const ControlCache& cache, const RunControl& control = {});

@@ -30,7 +30,7 @@ struct AccessibilityDefinition {
   std::string name;  ///< "accessibility", "ray_share", "tangent_sphere".
   std::string unit;  ///< "1/mm", "share", "1/mm".
   ImageF values;     ///< On the grid; physical; 0 outside `seen`.
-  double low = 0.0;  ///< What 0 and 1 of a control stand for.
+  double low = 0.0;  ///< Values that 0 and 1 of a control stand for.
   double high = 1.0;
 };
 

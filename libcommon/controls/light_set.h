@@ -13,8 +13,8 @@ namespace patinate {
 /// Distant lights: a free surface with normal n gets sum_i weight_i max(0, n . direction_i).
 struct LightSet {
   std::vector<Vec3> directions;  ///< Unit, from the surface; neighbors in the list are neighbors in the sky.
-  std::vector<double> weights;   ///< As long as directions; >= 0.
-  /// What a free surface with unit normal `n` gets.
+  std::vector<double> weights;   ///< Weight of each direction; >= 0.
+  /// Light that a free surface with unit normal `n` gets.
   [[nodiscard]] double free_light(const Vec3& n) const;
 };
 
@@ -31,7 +31,7 @@ struct LightSet {
 /// @throws InvalidInput if no light reaches a surface that faces up.
 [[nodiscard]] LightSet panorama_sky(const Vec3& up, int num, const ImageF& panorama);
 
-/// What every texel gets of the lights, each shadowed by what lies within `reach_mm` (1e30 = anything).
+/// Light that every texel gets, each light shadowed by what lies within `reach_mm` (1e30 = anything).
 /// @param share_of_free  Give the blocked share, sum(w cos blocked) / sum(w cos), in place of the light.
 /// Cost: one ray for each texel and light above its horizon. Same bits for any number of threads.
 [[nodiscard]] ImageF shadowed_light(const SmoothSurface& surface, const LightSet& lights, double reach_mm,

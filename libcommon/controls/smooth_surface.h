@@ -24,7 +24,7 @@ class SmoothSurface {
   [[nodiscard]] const Mesh& mesh() const { return fine_->mesh(); }
   /// Where a texel lies on mesh(); nothing where rounding left a texel on an edge to no fine triangle.
   [[nodiscard]] std::optional<SurfacePoint> point(TexelId t) const;
-  /// Of a texel that map() covers.
+  /// Position of a texel that map() covers.
   [[nodiscard]] Vec3 position_mm(TexelId t) const;
   [[nodiscard]] Vec3 normal(TexelId t) const;
   /// Values at the positions of mesh(), interpolated to the texels that map() covers.

@@ -24,11 +24,11 @@ namespace patinate {
 /// Values of expressions are kept within +-kExpressionHuge, so that none becomes infinite or NaN.
 inline constexpr double kExpressionHuge = 1e30;
 
-/// What an expression asks for.
+/// Name that an expression asks for.
 struct ExpressionName {
   std::string text;  ///< A name, or a path.
   bool is_file = false;
-  /// Of a name: {{"scale", "3"}}, by the names that check_argument gives them.
+  /// Arguments of a name: {{"scale", "3"}}, by the names that check_argument gives them.
   std::vector<std::pair<std::string, std::string>> arguments = {};
   friend bool operator==(const ExpressionName&, const ExpressionName&) = default;
 };
@@ -61,11 +61,11 @@ struct Expression {
   std::unique_ptr<ExpressionNode> root;
 };
 
-/// What an expression may say, and what messages call it.
+/// Syntax of an expression, and the words of messages about it.
 struct ExpressionSyntax {
   std::string subject = "control";     ///< "control `0.5*acess`: position 5: ...".
   std::string name = "control";        ///< "unknown control `acess`".
-  std::span<const std::string> names;  ///< What a NAME may be.
+  std::span<const std::string> names;  ///< Permitted names.
   /// Whether FILE is allowed: anything in double quotes, or a word with an extension (`wet.exr`, `maps/wet-2.exr`) or
   /// that begins with
   /// `/`, `./`, `../` or `~`: blanks around `/` and `-` then say that they divide and subtract.

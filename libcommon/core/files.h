@@ -25,7 +25,7 @@ class AtomicFile {
   [[nodiscard]] const std::filesystem::path& temporary() const { return temporary_; }
   /// Renames it over `path`. @throws CannotComplete if it is not there or the disk is full.
   void finish();
-  /// The same without waiting for the disk: after a power cut the file may hold anything. For files that carry a
+  /// Finishes without waiting for the disk: after a power cut the file may hold anything. For files that carry a
   /// checksum.
   void finish_unsynced();
 
@@ -49,7 +49,7 @@ void remove_abandoned(const std::filesystem::path& folder, std::string_view pref
 /// @throws CannotComplete if the folder cannot be written or the disk is full; `path` is then untouched.
 void write_atomically(const std::filesystem::path& path,
                       const std::function<void(const std::filesystem::path&)>& write);
-/// The same with the bytes given.
+/// Writes the given bytes.
 void write_atomically(const std::filesystem::path& path, std::string_view bytes);
 /// The whole file. @throws IoError if it cannot be read or holds more than `max_bytes`.
 [[nodiscard]] std::string read_file(const std::filesystem::path& path,

@@ -25,7 +25,7 @@ class InputWatch {
   InputWatch& operator=(const InputWatch&) = delete;
 };
 
-/// What this thread reads while it lives is no input: an output that is looked at, a cache.
+/// Reads of this thread are no input while it lives: an output that is looked at, a cache.
 class UnwatchedReads {
  public:
   UnwatchedReads();

@@ -15,7 +15,7 @@ inline constexpr std::array<std::string_view, 3> kInstructionSetNames{"baseline"
 /// Whether this machine and this build have it. Avx512 means F, BW, DQ and VL.
 [[nodiscard]] bool has_instruction_set(InstructionSet set);
 
-/// What the environment variable PATINATE_ISA names, else the best that the machine has.
+/// Set that the environment variable PATINATE_ISA names, else the best that the machine has.
 /// @throws InvalidInput if it names none of kInstructionSetNames, or one that is not there.
 [[nodiscard]] InstructionSet instruction_set();
 

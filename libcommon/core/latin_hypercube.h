@@ -14,7 +14,7 @@ namespace patinate {
 [[nodiscard]] std::vector<std::vector<double>> latin_hypercube(std::size_t num_samples, std::size_t num_factors,
                                                                std::uint64_t seed);
 
-/// Of `num_tries` Latin hypercubes the one whose nearest two points are farthest apart [Johnson, Moore, Ylvisaker
+/// From `num_tries` Latin hypercubes, the one whose nearest two points are farthest apart [Johnson, Moore, Ylvisaker
 /// 1990].
 /// @param num_tries  >= 1.
 [[nodiscard]] std::vector<std::vector<double>> spread_latin_hypercube(std::size_t num_samples, std::size_t num_factors,

@@ -9,7 +9,8 @@
 namespace patinate {
 
 inline constexpr double kSigmaOfMad = 1.4826;  ///< Normal errors: standard deviation over median absolute deviation.
-inline constexpr double kTukeyLimit = 4.685;   ///< Of the biweight, in standard deviations: 95 % efficient for them.
+inline constexpr double kTukeyLimit =
+    4.685;  ///< Limit of the biweight, in standard deviations: 95 % efficient for them.
 
 /// The value that `rank` others come before in order; 0 = the smallest. Leaves the values in another order.
 /// @param rank  Below the number of values. None is NaN.

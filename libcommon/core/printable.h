@@ -14,7 +14,7 @@ inline constexpr std::size_t kLongestLine =
 /// One line: control characters, characters that turn the direction of writing and bytes that are no UTF-8 as `\x1b`;
 /// new lines as blanks; what is longer than `max_bytes` (>= 100) shortened in the middle, which says by how much.
 [[nodiscard]] std::string printable_line(std::string_view text, std::size_t max_bytes = kLongestLine);
-/// The same for each of several lines; new lines stay.
+/// Makes each of several lines printable; new lines stay.
 [[nodiscard]] std::string printable_lines(std::string_view text, std::size_t max_bytes = kLongestLine);
 
 }  // namespace patinate

@@ -27,7 +27,7 @@ namespace patinate {
 [[nodiscard]] std::vector<std::string> short_number_texts(std::span<const double> values);
 /// A share for people, with so many significant digits: "12.3 %".
 [[nodiscard]] std::string percent_text(double share, int digits = 3);
-/// The same with so many decimals, [0, 6]: "12.3 %", "0 %".
+/// Percent with so many decimals, [0, 6]: "12.3 %", "0 %".
 [[nodiscard]] std::string fixed_percent_text(double share, int decimals = 1);
 /// Zeros in front, so that names sort as numbers do: 7 with 4 digits is "0007", 12345 stays.
 [[nodiscard]] std::string zero_padded(std::uint64_t number, std::size_t digits);
@@ -37,7 +37,7 @@ namespace patinate {
 [[nodiscard]] std::string base64(std::string_view bytes);
 /// "640 x 480".
 [[nodiscard]] std::string size_text(int width, int height);
-/// Of ASCII, whatever the locale.
+/// Tells digits of ASCII, whatever the locale.
 [[nodiscard]] inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
 /// The whole of `text` as a finite number, or nothing.
 [[nodiscard]] std::optional<double> parse_number(std::string_view text);

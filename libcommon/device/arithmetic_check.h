@@ -6,7 +6,7 @@
 
 namespace patinate::device {
 
-/// Of a check of a device's kernels.
+/// Result of a check of a device's kernels.
 struct CheckResult {
   std::int64_t num_items = 0;
   std::int64_t num_different = 0;

@@ -57,7 +57,7 @@ struct DeviceInfo {
 [[nodiscard]] std::vector<DeviceInfo> list_devices();
 [[nodiscard]] std::vector<DeviceInfo> list_devices(const OpenCl& functions);
 
-/// What a device has done.
+/// Times of a device's work.
 struct DeviceTimes {
   struct Kernel {
     std::int64_t num_launches = 0;
@@ -128,7 +128,7 @@ class Kernel {
   template <class T>
   requires std::is_trivially_copyable_v<T>
   void set(unsigned index, const T& value) { set_value(index, &value, sizeof(T)); }
-  /// What an argument is already is not set again: drivers take their time.
+  /// An argument that has this value already is not set again: drivers take their time.
   void set_memory(unsigned index, const Memory& memory);
   void set_value(unsigned index, const void* value, std::size_t size);
   void launch(const Items& items);
@@ -160,7 +160,7 @@ class Device {
   /// Since it was opened; copies of a Device are the same.
   [[nodiscard]] DeviceTimes times() const;
 
-  /// Of arbitrary content.
+  /// Memory of arbitrary content.
   template <class T>
   [[nodiscard]] Buffer<T> allocate(std::size_t size) const {
     return Buffer<T>(allocate_bytes(size * sizeof(T)), size);
@@ -180,7 +180,7 @@ class Device {
   void write(std::span<const T> values, Buffer<T>& buffer, std::size_t first = 0) const {
     write_bytes(buffer.memory(), first * sizeof(T), values.data(), values.size_bytes());
   }
-  /// The same without waiting: the values are copied, and kept until finish().
+  /// Writes without waiting: the values are copied, and kept until finish().
   template <class T>
   void write_soon(std::span<const T> values, const Buffer<T>& buffer) const {
     write_bytes_soon(buffer.memory(), std::as_bytes(values));

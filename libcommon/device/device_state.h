@@ -25,7 +25,7 @@ struct DeviceState {
   /// Queues items of a kernel.
   void launch(cl_kernel kernel, const std::string& name, const Items& items) const;
 
-  /// Of the queue and what follows it: several threads may use a device.
+  /// Guards the queue and what follows it: several threads may use a device.
   mutable std::recursive_mutex mutex;
   DeviceInfo info;
   const OpenCl& cl;

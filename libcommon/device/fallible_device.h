@@ -9,7 +9,7 @@
 
 namespace patinate::device {
 
-/// What it cannot do (DeviceError) the CPU does, from then on all of it. Thread-safe.
+/// After a DeviceError the CPU does the work, from then on all of it. Thread-safe.
 class FallibleDevice {
  public:
   /// @param on_failure  Called once, when the CPU goes on; may be empty.

@@ -48,7 +48,7 @@ struct Member {
   Range range = {};
   Presence presence = Presence::Required;
   bool is_nullable = false;          ///< `null` stands for "not given", and is written for it.
-  bool has_nulls = false;            ///< The same of the elements of a list.
+  bool has_nulls = false;            ///< Elements of a list may be null.
   const TextRule* rule = nullptr;    ///< Rule of a text, or of each text of a list.
   std::size_t min_size = 0;          ///< Least size of a list.
   std::size_t max_size = 1'000'000;  ///< Largest size of a list.
@@ -109,7 +109,7 @@ class DocumentVisitor {
     end_list();
     end_member();
   }
-  /// What the document's owner reads and writes itself: an object of any members.
+  /// An object of any members, which the document's owner reads and writes itself.
   virtual void any_object(const Member& m, const std::function<void(JsonReader)>& read,
                           const std::function<void(Json&)>& write) = 0;
 
@@ -130,9 +130,9 @@ class DocumentVisitor {
   virtual void visit(const Member& m, std::int64_t& value) = 0;
   virtual void visit(const Member& m, bool& value) = 0;
   virtual void visit(const Member& m, std::string& value) = 0;
-  /// As it stands in the document, relative to which it is.
+  /// A path as it stands in the document, to which it is relative.
   virtual void visit(const Member& m, std::filesystem::path& value) = 0;
-  /// As many numbers as there are.
+  /// A list of any number of numbers.
   virtual void visit(const Member& m, std::span<double> values) = 0;
   /// @returns whether this element is null.
   virtual bool visit_null(bool is_value_set) = 0;
@@ -197,7 +197,7 @@ class DocumentVisitor {
 /// A text that is_file_name().
 [[nodiscard]] const TextRule& file_name_rule();
 
-/// What a kind of document is.
+/// Description of a kind of document.
 struct DocumentKind {
   std::string_view format;  ///< "patinate.history"
   int version = 1;
@@ -216,7 +216,7 @@ template <class T>
 
 /// @throws IoError: FILE: POINTER: found X; expected Y; names members that nobody knows.
 void read_document(const DocumentKind& kind, const std::filesystem::path& file, const DescribeDocument& describe_it);
-/// The same of what load_json() and update_spelling() made of the file.
+/// Reads what load_json() and update_spelling() made of the file.
 void read_document(const DocumentKind& kind, const std::filesystem::path& file, const Json& root,
                    const DescribeDocument& describe_it);
 [[nodiscard]] Json document_json(const DocumentKind& kind, const DescribeDocument& describe_it);
@@ -228,7 +228,7 @@ void check_document(const DocumentKind& kind, const std::filesystem::path& file)
 }
 /// Without format and version: a part of a document, as object_json() has made it. For files of our own only.
 void read_object(const Json& json, const DescribeDocument& describe_it);
-/// The same for writing.
+/// Writes an object.
 [[nodiscard]] Json object_json(const DescribeDocument& describe_it);
 /// JSON Schema, draft 2020-12.
 [[nodiscard]] Json document_schema(const DocumentKind& kind, const DescribeDocument& describe_it);

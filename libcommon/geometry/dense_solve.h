@@ -9,7 +9,7 @@
 
 namespace patinate {
 
-/// Of a symmetric n x n matrix.
+/// Eigenvalues and vectors of a symmetric n x n matrix.
 template <class Matrix>
 struct SymmetricEigen {
   Eigen::Matrix<typename Matrix::Scalar, Matrix::RowsAtCompileTime, 1> values;  ///< n, ascending.
@@ -38,7 +38,7 @@ struct SymmetricEigen {
 [[nodiscard]] Eigen::Vector4d solve_ldlt(const Eigen::Matrix4d& matrix, const Eigen::Vector4d& right);
 [[nodiscard]] Eigen::Vector3d solve_ldlt(const Eigen::Matrix3d& matrix, const Eigen::Vector3d& right);
 
-/// As solve_ldlt(), for several right sides, or for who asks how near to singular a matrix is.
+/// Works as solve_ldlt(), for several right sides, or for who asks how near to singular a matrix is.
 class LdltFactors {
  public:
   /// @param matrix  n x n, n >= 1, symmetric and semidefinite; only its lower triangle is read.
@@ -65,12 +65,12 @@ class LdltFactors {
 [[nodiscard]] Eigen::VectorXd solve_lu(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right);
 /// By the same. @param matrix  n x n, n >= 1.
 [[nodiscard]] Eigen::MatrixXd inverse_by_lu(const Eigen::MatrixXd& matrix);
-/// Of the x with least |matrix x - right| the shortest, by a complete orthogonal decomposition, for any rank.
+/// Shortest x with the least |matrix x - right|, by a complete orthogonal decomposition, for any rank.
 /// @param matrix  m x n. @param right  m, or m x k. @returns n, or n x k.
 [[nodiscard]] Eigen::VectorXd shortest_least_squares(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right);
 [[nodiscard]] Eigen::MatrixXd shortest_least_squares(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right);
 
-/// Of an m x n matrix.
+/// Right singular vectors of an m x n matrix.
 struct RightSingular {
   Eigen::VectorXd values;   ///< min(m, n), descending.
   Eigen::MatrixXd vectors;  ///< n x n; column k belongs to values[k], the last ones to none; orthonormal.

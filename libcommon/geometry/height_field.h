@@ -26,7 +26,7 @@ struct HeightField {
   [[nodiscard]] Vec2 grid_position(const Vec3& point) const;
 };
 
-/// What is seen of a mesh from far along `viewer`: the first surface under every point of a grid over its bounding box.
+/// Surface seen from far along `viewer`: the first surface under every point of a grid over the mesh's bounding box.
 /// @param scene       Of `mesh`.
 /// @param viewer      Unit vector from the surface to the viewer.
 /// @param spacing_mm  > 0; made larger where the grid would have more than 4096 columns or rows.

@@ -12,7 +12,7 @@
 
 namespace patinate {
 
-/// What the rows of a text file are; the files themselves do not say.
+/// Meaning of the rows of a text file; the files themselves do not say.
 struct LightRows {
   enum class Kind { Directions, Positions };
   enum class Frame {
@@ -39,7 +39,7 @@ struct LightRows {
 [[nodiscard]] std::vector<Light> read_lights(const std::filesystem::path& path, double mm_per_unit,
                                              const Camera* camera_mm = nullptr, const LightRows& rows = {});
 
-/// As a project has them: an array of {"position" | "direction", "intensity": [r, g, b], "name"} in scanner
+/// Lights as a project has them: an array of {"position" | "direction", "intensity": [r, g, b], "name"} in scanner
 /// coordinates; the path of a file as above; or {"file": path, "kind": "directions" | "positions", "frame": "camera" |
 /// "scanner"}. `intensity` may be omitted.
 /// @throws IoError also for a strength that is not above 0, and for no light at all.

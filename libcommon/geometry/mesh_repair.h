@@ -9,7 +9,7 @@
 
 namespace patinate {
 
-/// What repair_mesh() found.
+/// Findings of repair_mesh().
 struct MeshRepairs {
   int num_degenerate = 0;  ///< Triangles without area (a sine below 1e-12 at every corner): excluded.
   int num_duplicates =

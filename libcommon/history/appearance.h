@@ -34,11 +34,12 @@ struct StatedValue {
   std::filesystem::path mask = {};  ///< Of Mask.
 };
 
-/// What looks like `color` in the photographs is this. Pixels between the colors of several materials are mixtures.
+/// Pixels that look like `color` in the photographs are this. Pixels between the colors of several materials are
+/// mixtures.
 struct StatedMaterial {
   std::array<double, 3> color{};  ///< Linear, [0, 1].
   double metalness = 0.0;         ///< [0, 1].
-  /// Of the mirror, [0, 1]; of all materials or of none.
+  /// Roughness of the mirror, [0, 1]; of all materials or of none.
   std::optional<double> roughness = {};
   /// Strength of the mirror of what is no metal (F0), [0, 1].
   std::optional<double> specular = {};
@@ -60,7 +61,7 @@ struct Appearance {
   [[nodiscard]] std::vector<std::string> map_names() const;
 };
 
-/// What values are taken from, each of the history's size.
+/// Images that values are taken from, each of the history's size.
 struct AppearanceSources {
   std::map<std::string, ImageF> controls;         ///< Physical values, by name.
   std::map<std::filesystem::path, ImageF> masks;  ///< [0, 1].

@@ -19,7 +19,7 @@ inline constexpr double kLargestFootprint_px = 256.0;
 /// @param values  H x W x C. @param mask  H x W, what is 0 counts nowhere; may be empty.
 /// @param footprint_px  [0, kLargestFootprint_px]; up to kMinFootprint_px `values` come back as they are.
 [[nodiscard]] ImageF mean_over_footprint(ImageF values, const ImageU8& mask, double footprint_px);
-/// The same of what a frame has beside color, by its name (kFrameExtraNames): pixels of 0 are not known and stay so,
+/// Mean of a map that a frame has beside color, by its name (kFrameExtraNames): pixels of 0 are not known and stay so,
 /// normals stay unit.
 [[nodiscard]] ImageF mean_extra_over_footprint(const std::string& name, ImageF values, double footprint_px);
 

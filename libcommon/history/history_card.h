@@ -14,7 +14,7 @@ inline constexpr const char* kHistoryCardFile = "card.json";
 
 struct HistoryCard {
   std::string title;        ///< "Copper in vinegar and salt"
-  std::string about;        ///< What is seen, in a sentence; may be empty.
+  std::string about;        ///< Description in a sentence; may be empty.
   std::string license;      ///< License as SPDX names it: "CC-BY-4.0".
   std::string attribution;  ///< The line that results carry.
   std::string source;       ///< Where it comes from, and what was done to it; may be empty.

@@ -9,7 +9,7 @@
 
 namespace patinate {
 
-/// Of those that a history may also have as a map that is constant in time.
+/// Names the maps that a history may also have once, constant in time.
 [[nodiscard]] inline bool is_material_map(const std::string& name) {
   return name == "specular" || name == "metalness" || name == "tint";
 }

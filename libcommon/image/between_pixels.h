@@ -28,7 +28,7 @@ namespace between_pixels {
 /// A pixel's values.
 using Lanes = float __attribute__((vector_size(16)));
 
-/// Of the pixels -1, 0, 1 and 2 at t between 0 and 1.
+/// Weights of the pixels -1, 0, 1 and 2 at t between 0 and 1.
 constexpr std::array<float, 4> cubic_weights(double t) {
   return {static_cast<float>(t * (-0.5 + t * (1.0 - 0.5 * t))), static_cast<float>(1.0 + t * t * (1.5 * t - 2.5)),
           static_cast<float>(t * (0.5 + t * (2.0 - 1.5 * t))), static_cast<float>(0.5 * t * t * (t - 1.0))};
@@ -119,7 +119,7 @@ void look_between(const float* pixels, int width, int height, int x, int y, Besi
   std::memcpy(value, &result, kChannels * sizeof(float));
 }
 
-/// The same. @param x,y  The place, inside the image.
+/// Looks up one place. @param x,y  The place, inside the image.
 template <std::size_t kChannels>
 void look_at(const float* pixels, int width, int height, float x, float y, float* value) {
   const NearestPixel at = nearest_pixel(x, y);
@@ -128,7 +128,7 @@ void look_at(const float* pixels, int width, int height, float x, float y, float
   std::copy_n(pixels + kChannels * pixel, kChannels, value);
 }
 
-/// The same for many places. @param source  1 to 4 channels. @param coordinates  H x W x 2: places inside it, or -1.
+/// Looks up many places. @param source  1 to 4 channels. @param coordinates  H x W x 2: places inside it, or -1.
 /// @returns H x W x channels; `outside` where coordinates are -1.
 [[nodiscard]] ImageF look_up(const ImageF& source, const ImageF& coordinates, float outside = 0.0f,
                              const RunControl& control = {});

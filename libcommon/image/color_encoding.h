@@ -29,20 +29,20 @@ inline constexpr Chromaticities kRec709{{{{0.64, 0.33}, {0.30, 0.60}, {0.15, 0.0
 [[nodiscard]] std::string primaries_name(const Chromaticities& primaries);
 inline constexpr Chromaticities kAdobeRgb{{{{0.64, 0.33}, {0.21, 0.71}, {0.15, 0.06}, {0.3127, 0.3290}}}};
 
-/// What a file says of its color, as understood.
+/// Color that a file states, as understood.
 struct SaidColor {
   std::string name;  ///< "Display P3 (ICC profile)"; "" = it says nothing that can be used.
   /// Nothing: what values are anyway, sRGB codes or linear Rec. 709.
   std::shared_ptr<const ColorEncoding> encoding = {};
-  std::string problem = {};  ///< What it says and is not used, and why.
+  std::string problem = {};  ///< Statement that is not used, and why.
 };
 
 /// linear = code^gamma with `primaries`; white is adapted by Bradford's matrix [Lam1985].
 /// @param name  Of the result. Its problem says where primaries make no color space.
 [[nodiscard]] SaidColor color_of_primaries(std::string name, const Chromaticities& primaries, double gamma);
-/// The same for codes of the sRGB curve.
+/// Color of codes of the sRGB curve.
 [[nodiscard]] SaidColor srgb_color_of_primaries(std::string name, const Chromaticities& primaries);
-/// The same for values that are light.
+/// Color of values that are light.
 [[nodiscard]] SaidColor light_of_primaries(std::string name, const Chromaticities& primaries);
 /// Code points of ITU-T H.273, as PNG's cICP and HEIF's nclx have them. Light of PQ and HLG is 1 at reference white
 /// [ITU-R BT.2408: 203 cd/m2, 75 % of HLG].
@@ -62,7 +62,7 @@ struct InkColor {
   std::shared_ptr<const InkEncoding> encoding = {};
   std::string problem = {};
 };
-/// Of a CMYK profile. Without one, or with one that cannot be used, `encoding` is null.
+/// Color of a CMYK profile. Without one, or with one that cannot be used, `encoding` is null.
 [[nodiscard]] InkColor color_of_cmyk_profile(const std::string& bytes);
 inline constexpr std::array<double, 2> kD50White{0.34567, 0.35850};
 /// CIE L*a*b* as linear Rec. 709. @param lab  3 channels. @param white  CIE xy. @returns 3 channels.

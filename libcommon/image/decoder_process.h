@@ -29,7 +29,7 @@ class DecoderProcess {
   DecoderProcess& operator=(const DecoderProcess&) = delete;
 
   [[nodiscard]] const ImageInfo& info() const { return info_; }
-  /// As ImageDecoder::read(). @throws IoError
+  /// Reads as ImageDecoder::read() does. @throws IoError
   [[nodiscard]] CodedImage read(int frame);
 
  private:

@@ -24,10 +24,10 @@ struct ColorCodePoints {
   bool is_full_range = true;
 };
 
-/// As the file has them; what is damaged is left out, and named in `problems`.
+/// Statements as the file has them; damaged ones are left out, and named in `problems`.
 struct FileWords {
   int orientation = 1;  ///< EXIF's, [1, 8]; 1 where the format turns pictures itself.
-  std::string turn;     ///< What the format itself turns, in words; "" = nothing.
+  std::string turn;     ///< Turn that the format itself makes, in words; "" = none.
   std::string icc;      ///< An embedded profile.
   std::optional<ColorCodePoints> code_points;
   bool is_srgb = false;       ///< PNG's sRGB, EXIF's color space 1.
@@ -41,7 +41,7 @@ struct FileWords {
   std::optional<int> largest_value;            ///< Of codes of 16 bits, where it is not 65535: 12 bits in 16.
   std::string xmp_original, xmp_digitized;  ///< exif:DateTimeOriginal and exif:DateTimeDigitized in XMP; "" = not said.
   std::vector<double> frame_times_s;        ///< ImageInfo's.
-  std::string page;                         ///< Which picture of several it is, in words; "" = the only one.
+  std::string page;                         ///< Picture of several that it is, in words; "" = the only one.
   std::vector<std::string> problems;
   /// Why the picture is not to be read, though decoders read something of it: rows that lack, pictures of which they
   /// show the first alone. "" = it is. To the name of the file.
@@ -52,15 +52,15 @@ struct FileWords {
 /// ones what stands before the damage.
 [[nodiscard]] FileWords read_file_words(const std::filesystem::path& path);
 
-/// Of a TGA whose palette does not begin with the first color, which OpenImageIO reads as if it did: the same with the
+/// For a TGA whose palette does not begin with the first color, which OpenImageIO reads as if it did: the same with the
 /// colors that lack before it. Nothing for other files.
 [[nodiscard]] std::optional<std::string> tga_with_whole_palette(const std::filesystem::path& path);
 
-/// What the words say of color. @param channels  Of color: 1 or 3. @param is_light  Primaries are of values that are
+/// Color that the words state. @param channels  Of color: 1 or 3. @param is_light  Primaries are of values that are
 /// light, not of codes.
 [[nodiscard]] SaidColor said_color(const FileWords& words, int channels, bool is_light);
-/// Of pixels that are not square, which are taken as if they were. @param width  Of a pixel whose height is 1; what is
-/// not > 0 says nothing. @returns "" for a width within 1 % of 1.
+/// Problem of pixels that are not square, which are taken as if they were. @param width  Of a pixel whose height is 1;
+/// what is not > 0 says nothing. @returns "" for a width within 1 % of 1.
 [[nodiscard]] std::string pixel_shape_problem(double width);
 
 /// "turned by 90 degrees clockwise". @param orientation  EXIF's, [1, 8].

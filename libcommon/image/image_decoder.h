@@ -15,8 +15,8 @@ namespace patinate {
 
 inline constexpr int kMaxImageSide = 65536;
 inline constexpr int kMaxImageChannels = 64;
-/// Of an image that is read as a whole: 4 GiB as floats, 16384 x 16384 pixels of four channels. Rows can be read of
-/// larger ones.
+/// Limit of an image that is read as a whole: 4 GiB as floats, 16384 x 16384 pixels of four channels. Rows can be read
+/// of larger ones.
 inline constexpr std::uint64_t kMaxImageValues = std::uint64_t{1} << 30;
 inline constexpr int kMaxImageFrames = 100'000;
 
@@ -48,9 +48,9 @@ class ImageDecoder {
   ImageDecoder(const ImageDecoder&) = delete;
   ImageDecoder& operator=(const ImageDecoder&) = delete;
 
-  /// What the file says, with one frame.
+  /// Facts of the file, with one frame.
   [[nodiscard]] ImageInfo first_info() const;
-  /// The same with the frames counted, which an animated file may have to be decoded for.
+  /// Facts with the frames counted, which an animated file may have to be decoded for.
   [[nodiscard]] ImageInfo info();
   /// @throws IoError if there is no such frame, it is damaged, or has more than kMaxImageValues values, before any is
   /// decoded.

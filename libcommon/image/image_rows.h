@@ -38,7 +38,7 @@ class ImageRowReader {
 /// Rows that an EXR compresses together: so many, times twice the threads, are to be written at once.
 inline constexpr int kExrChunkRows = 16;
 
-/// What the rows of a file are.
+/// Format of a file's rows.
 struct RowFormat {
   std::vector<std::string> channels = {"R", "G", "B"};  ///< Names in an EXR; other files have 1 or 3.
   ExrDepth depth = ExrDepth::Half;
@@ -57,7 +57,7 @@ class ImageRowWriter {
   ImageRowWriter(const ImageRowWriter&) = delete;
   ImageRowWriter& operator=(const ImageRowWriter&) = delete;
 
-  /// Which write() is to be called: 8-bit codes, or (.exr) values.
+  /// Tells which write() is to be called: 8-bit codes, or (.exr) values.
   [[nodiscard]] bool takes_codes() const;
   /// The next rows. @param codes  Of all channels; whole rows. @throws InvalidInput on others; CannotComplete.
   void write(std::span<const std::uint8_t> codes);

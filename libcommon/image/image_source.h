@@ -20,25 +20,25 @@
 
 namespace patinate {
 
-/// What the numbers of a picture are. Gray counts as RGB.
+/// Meaning of a picture's numbers. Gray counts as RGB.
 enum class ColorModel { Rgb, Cmyk, Lab, IccLab };
 
 /// An open image file: ImageDecoder is one whose size is bounded.
 class ImageSource {
  public:
   virtual ~ImageSource() = default;
-  /// What the file says, with one frame.
+  /// Facts of the file, with one frame.
   [[nodiscard]] virtual ImageInfo first_info() const = 0;
   [[nodiscard]] virtual int count_frames() = 0;
   /// @throws IoError if there is no such frame, it is damaged, or of another size than the first.
   [[nodiscard]] virtual CodedImage read(int frame) = 0;
   /// @param begin,end  Rows of the first image, within it. @throws IoError if they are damaged.
   [[nodiscard]] virtual CodedImage read_rows(int begin, int end) = 0;
-  /// What the pixels' channels are before they become RGB; of Cmyk and the two of L*a*b* (TIFF's).
+  /// Meaning of the pixels' channels before they become RGB; of Cmyk and the two of L*a*b* (TIFF's).
   [[nodiscard]] virtual ColorModel color_model() const { return ColorModel::Rgb; }
   /// An ICC profile; "" = none.
   [[nodiscard]] virtual std::string profile() const { return ""; }
-  /// As the picture is stored; EXIF's, [1, 8]. What the other functions say and give is not turned.
+  /// Orientation of the stored picture; EXIF's, [1, 8]. The other functions do not turn.
   [[nodiscard]] virtual int orientation() const { return 1; }
 };
 
@@ -68,7 +68,7 @@ struct MemorySink final : ByteSink {
   }
 };
 
-/// What is to be encoded.
+/// Format of the encoded picture.
 struct EncodedFormat {
   enum class Values { Codes, Half, Float };
   std::string name;  ///< A file's; its extension says which format. For messages too.
@@ -103,12 +103,12 @@ class ImageEncoder {
 /// The bytes of a whole file. @param values  8-bit codes, or floats.
 [[nodiscard]] std::string encoded(const EncodedFormat& format, const void* values);
 
-/// What patinate writes for dates, so that equal images give equal bytes.
+/// Date that patinate writes, so that equal images give equal bytes.
 inline constexpr const char* kNoImageDate = "1970:01:01 00:00:00";
 inline constexpr const char* kImageSoftware = "patinate";
 /// Where a content key stands in a file.
 inline constexpr const char* kImageKeyAttribute = "patinate:key";
-/// What 0 and 1 of an EXR stand for.
+/// Values that 0 and 1 of an EXR stand for.
 inline constexpr const char* kImageLowAttribute = "patinate:low";
 inline constexpr const char* kImageHighAttribute = "patinate:high";
 inline constexpr const char* kImageUnitAttribute = "patinate:unit";

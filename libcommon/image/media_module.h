@@ -23,7 +23,7 @@ class MovieEncoder {
   virtual void finish() = 0;
 };
 
-/// What is to be encoded.
+/// Format of the encoded movie.
 struct MovieFormat {
   std::filesystem::path path;  ///< Where it is written.
   std::string shown_path;      ///< For messages.
@@ -46,7 +46,7 @@ class MediaModule {
   [[nodiscard]] virtual std::unique_ptr<ImageSource> open_image(const std::filesystem::path& path,
                                                                 const std::filesystem::path& name,
                                                                 bool has_raw_color) = 0;
-  /// As create_encoder(), which asks this for what is neither PNG nor EXR; but those too.
+  /// Works as create_encoder(), which asks this for what is neither PNG nor EXR; but those too.
   [[nodiscard]] virtual std::unique_ptr<ImageEncoder> create_encoder(const EncodedFormat& format, ByteSink& sink) = 0;
   /// @throws CannotComplete if there is no encoder or it cannot be written.
   [[nodiscard]] virtual std::unique_ptr<MovieEncoder> create_movie(const MovieFormat& format) = 0;

@@ -26,7 +26,7 @@ class ItemStore {
   void refresh();
   /// It was there at the last refresh().
   [[nodiscard]] bool has(const JobItem& item) const;
-  /// What a finished item made. @throws CannotComplete if it is gone or damaged.
+  /// Reads the files of a finished item. @throws CannotComplete if it is gone or damaged.
   [[nodiscard]] DoneItem read(const JobItem& item) const;
   /// Links the files of a finished item into `folder`, and what it left of the plan's shared work, which may be gone.
   /// @throws CannotComplete if another file is gone.

@@ -46,7 +46,7 @@ struct JobPlan {
   std::filesystem::path output;                ///< The folder to make.
   std::string manifest;                        ///< File in it that holds `"key"`, e.g. "history.json".
   std::string key;                             ///< Content key of inputs, parameters and stage versions.
-  std::vector<JobDependency> depends_on = {};  ///< What `key` is made of; may be empty.
+  std::vector<JobDependency> depends_on = {};  ///< Inputs of `key`; may be empty.
   std::vector<JobItem> items;                  ///< Run by stage, in order; `parallel_items` at a time.
   /// The finished folder may be replaced without `force` when everything that it was made from is still there and
   /// unchanged, and something was added (a photograph at the end of a sequence). Needs `depends_on` to be complete.
@@ -101,7 +101,7 @@ struct OutputFile {
 /// @returns UpToDate if all carry `key`, and not `force`. @throws CannotComplete if one exists with another key and not
 /// `force`, or is of another type.
 JobStatus check_output_files(const std::vector<OutputFile>& files, const std::string& key, const JobOptions& options);
-/// The same of one file.
+/// Checks one file.
 JobStatus check_output_file(const std::filesystem::path& output, const std::string& existing_key,
                             const std::string& key, const JobOptions& options);
 

@@ -48,7 +48,7 @@ enum class Looked { AtSizes, AtContent };
 /// @param looked  AtContent reads every file. Throws nothing: what cannot be read is altered.
 [[nodiscard]] FolderDamage damage_of(const std::filesystem::path& folder, const JobRecord& record, Looked looked);
 
-/// What the item made, as `done` says: all of its outputs and some optional ones; nothing if that is not what it
+/// Files of the item, as `done` says: all of its outputs and some optional ones; nothing if that is not what it
 /// declares.
 [[nodiscard]] std::optional<std::vector<std::filesystem::path>> made_files(const JobItem& item, const DoneItem& done);
 

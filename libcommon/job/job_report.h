@@ -19,7 +19,7 @@ enum class OutputNeed {
   Stale,     ///< It was made from other input or options: replaced with `force`, else untouched.
 };
 
-/// What would become of one item.
+/// Treatment of one item.
 enum class ItemNeed {
   Run,
   Resume,  ///< Finished by an interrupted run.
@@ -49,10 +49,10 @@ struct JobReport {
   [[nodiscard]] Json json() const;
 };
 
-/// What run_job() would do. Outputs that could be reused are read, because only unchanged ones are.
+/// Predicts run_job(). Outputs that could be reused are read, because only unchanged ones are.
 /// @throws what run_job() throws before it begins, but for a need of `force`, and but for a folder in use.
 [[nodiscard]] JobReport explain_job(const JobPlan& plan, const JobOptions& options);
-/// What check_output_files() would lead to. @throws as it does, but for a need of `force`.
+/// Predicts check_output_files(). @throws as it does, but for a need of `force`.
 [[nodiscard]] JobReport explain_output_files(const std::vector<OutputFile>& files, const std::string& key,
                                              const JobOptions& options);
 

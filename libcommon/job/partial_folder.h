@@ -19,7 +19,7 @@ namespace patinate {
 [[nodiscard]] bool is_work(const std::filesystem::path& relative);
 /// The folder in which `output` is made.
 [[nodiscard]] std::filesystem::path partial_path(const std::filesystem::path& output);
-/// What of a finished item is kept for other runs: its key in the first line, then the key and path of each file.
+/// Record of a finished item for other runs: its key in the first line, then the key and path of each file.
 [[nodiscard]] std::string marker_text(const DoneItem& done);
 [[nodiscard]] DoneItem parse_marker(const std::string& text);
 /// An item whose files are all written in `folder`: forces them to the disk, and takes their keys.
@@ -28,14 +28,14 @@ namespace patinate {
                                    const std::string& item_key, const RunControl& control);
 /// Forces a file, or what a folder lists, to the disk. @throws CannotComplete
 void sync_path(const std::filesystem::path& path);
-/// What the file system refused in a job, which writes one of the two files that an error of a copy names.
+/// Reports an error of the file system in a job, which writes one of the two files that an error of a copy names.
 /// @throws CannotComplete
 [[noreturn]] void fail_written(const std::filesystem::filesystem_error& error);
 /// A hard link, or a copy where the file system has none. @throws CannotComplete, filesystem_error
 void link_or_copy(const std::filesystem::path& from, const std::filesystem::path& to);
-/// What the marker in a partial folder says about an item; an empty key when it is not finished.
+/// Reads the marker of an item in a partial folder; an empty key when it is not finished.
 [[nodiscard]] DoneItem read_marker(const std::filesystem::path& partial, const std::string& item);
-/// What the item made when it was finished in a partial folder under this key of its own, and that is there; else
+/// Files that the item made when it was finished in a partial folder under this key of its own, and that is there; else
 /// nothing. A file that is also one of the finished folder (a hard link) must still be what it was.
 [[nodiscard]] std::optional<std::vector<std::filesystem::path>> finished_files(const std::filesystem::path& partial,
                                                                                const JobItem& item,

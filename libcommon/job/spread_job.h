@@ -36,7 +36,7 @@ std::size_t run_spread_items(const JobPlan& plan, std::span<const std::size_t> i
 /// @throws CannotComplete naming the items that are missing; as run_job(); Canceled.
 JobStatus join_spread_items(const JobPlan& plan, const JobOptions& options, const RunControl& control);
 
-/// What a join says that lacks items.
+/// Message of a join that lacks items.
 [[nodiscard]] std::string unfinished_text(const std::filesystem::path& output, std::span<const std::size_t> missing,
                                           std::size_t num_items);
 /// "0-3, 7" for {0, 1, 2, 3, 7}; ascending.

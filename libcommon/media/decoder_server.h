@@ -6,7 +6,7 @@
 
 namespace patinate {
 
-/// What `patinate-decode` does: answers requests for frames of `path` until its input ends.
+/// Serves `patinate-decode`: answers requests for frames of `path` until its input ends.
 /// @param in,out  File descriptors. @returns the process's exit code.
 int serve_decoder(const std::filesystem::path& path, int in, int out);
 

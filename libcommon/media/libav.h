@@ -10,7 +10,7 @@
 
 namespace patinate::media {
 
-/// As MediaModule's functions of these names.
+/// Functions of MediaModule of these names.
 [[nodiscard]] std::unique_ptr<MovieEncoder> create_movie(const MovieFormat& format);
 [[nodiscard]] std::string movie_comment(const std::filesystem::path& path);
 

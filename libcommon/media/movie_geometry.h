@@ -22,9 +22,9 @@ struct DisplayTurn {
   friend bool operator==(const DisplayTurn&, const DisplayTurn&) = default;
 };
 
-/// Of a display matrix as libavutil has it (display.h). @returns nothing if it is no quarter turn
+/// Turn of a display matrix as libavutil has it (display.h). @returns nothing if it is no quarter turn
 [[nodiscard]] std::optional<DisplayTurn> turn_of_matrix(const std::int32_t* matrix);
-/// What the file says of its pictures. @throws InvalidInput if it is no quarter turn
+/// Turn that the file states for its pictures. @throws InvalidInput if it is no quarter turn
 [[nodiscard]] DisplayTurn display_turn(const AVStream* stream);
 [[nodiscard]] CodedImage turned(const CodedImage& image, const DisplayTurn& turn);
 

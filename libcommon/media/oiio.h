@@ -15,7 +15,7 @@ void configure_image_library();
 /// OpenImageIO's messages may span lines; ours are one.
 [[nodiscard]] std::string one_line(std::string text);
 
-/// As MediaModule's functions of these names.
+/// Functions of MediaModule of these names.
 [[nodiscard]] std::unique_ptr<ImageSource> open_image(const std::filesystem::path& path,
                                                       const std::filesystem::path& name, bool has_raw_color);
 [[nodiscard]] std::unique_ptr<ImageEncoder> create_image_encoder(const EncodedFormat& format, ByteSink& sink);

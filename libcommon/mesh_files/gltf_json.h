@@ -21,7 +21,7 @@ inline constexpr std::uint64_t kLargestGltf = 0xffffffffu;  ///< Bytes: tinygltf
 /// read_gltf() does not know, by its name.
 [[nodiscard]] Json gltf_document(const std::string& file, std::string_view bytes);
 
-/// What becomes of an extension: its geometry is read, it concerns only what is not read (materials, textures, lights,
+/// Treatment of an extension: its geometry is read, it concerns only what is not read (materials, textures, lights,
 /// descriptions), or neither.
 enum class GltfExtension { Read, NotOfSurface, Unknown };
 [[nodiscard]] GltfExtension gltf_extension(std::string_view name);

@@ -15,7 +15,7 @@ class Model;
 namespace patinate {
 
 [[nodiscard]] std::vector<int> gltf_parentless_nodes(const tinygltf::Model& model);
-/// Of all nodes, as joints may lie outside the scene; those of a ring stay where they are.
+/// Transforms of all nodes, as joints may lie outside the scene; those of a ring stay where they are.
 [[nodiscard]] std::vector<Eigen::Matrix4d> gltf_scene_from_nodes(const tinygltf::Model& model);
 /// EXT_mesh_gpu_instancing: node from instance. Empty: the node has its mesh once. @throws IoError
 [[nodiscard]] std::vector<Eigen::Matrix4d> gltf_instances(const std::string& file, const Json& document,

@@ -9,13 +9,13 @@
 
 namespace patinate {
 
-/// Which UVs a primitive has: those that its material's textures are laid over by.
+/// UVs of a primitive: those that its material's textures are laid over by.
 struct GltfUvs {
   std::optional<int> set;  ///< Number of TEXCOORD_n; none = no texture says.
   Eigen::Affine2d uv_from_file = Eigen::Affine2d::Identity();
 };
 
-/// Of the base color, or else of the first texture that there is.
+/// UVs of the base color, or else of the first texture that there is.
 /// @param is_alike  Becomes whether all textures have these.
 [[nodiscard]] GltfUvs gltf_uvs_of(const Json& material, bool& is_alike);
 

@@ -38,7 +38,7 @@ class PlyParser {
 
   [[nodiscard]] const std::string& file() const { return file_; }
   [[nodiscard]] const std::vector<Element>& elements() const { return elements_; }
-  /// What an `obj_info NAME VALUE` line says; "" = no such line.
+  /// Text of an `obj_info NAME VALUE` line; "" = no such line.
   [[nodiscard]] std::string_view obj_info(std::string_view name) const;
 
   /// Begins the rows of an element; elements come in the order of elements(). @throws IoError if the file is too short

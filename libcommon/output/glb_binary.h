@@ -22,7 +22,7 @@ class GlbBinary {
   /// Where a piece lies.
   struct View {
     std::uint64_t offset = 0, size = 0;
-    int target = 0;  ///< What glTF's bufferView is for; 0 = nothing of that kind.
+    int target = 0;  ///< Purpose of glTF's bufferView; 0 = none.
   };
 
   /// @param glb  The file to be: the pieces wait beside it, and are gone with this. @throws CannotComplete
@@ -37,7 +37,7 @@ class GlbBinary {
   int add(const std::vector<T>& values, int target) {
     return add(values.data(), values.size() * sizeof(T), target);
   }
-  /// As a PNG file. @throws InvalidInput if it makes fewer or more rows than it has.
+  /// Adds a PNG file. @throws InvalidInput if it makes fewer or more rows than it has.
   int add_png(const GlbTexture& texture, bool is_color);
 
   [[nodiscard]] const std::vector<View>& views() const { return views_; }

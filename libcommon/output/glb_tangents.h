@@ -8,7 +8,7 @@
 
 namespace patinate {
 
-/// Of every corner of every triangle.
+/// Tangents of every corner of every triangle.
 struct CornerTangents {
   std::vector<std::array<Vec3, 3>> tangent;  ///< Unit, at right angles to the corner's normal, along growing u.
   std::vector<bool> is_mirrored;  ///< By triangle: growing v (up) is along tangent x normal, not normal x tangent.

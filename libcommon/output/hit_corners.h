@@ -12,7 +12,7 @@
 
 namespace patinate {
 
-/// Of one triangle.
+/// Corners of one triangle.
 struct HitCorners {
   std::array<Vec3, 3> positions, normals;
   std::array<Vec2, 3> uvs;

@@ -37,7 +37,7 @@ class HtmlPage {
   HtmlPage& picture(const HtmlPicture& picture);
   /// Side by side, as many in a row as fit.
   HtmlPage& pictures(const std::vector<HtmlPicture>& pictures);
-  /// The same, small: pictures at most 160 pixels wide, as they are. A caption may have several lines.
+  /// Adds small pictures, at most 160 pixels wide, as they are. A caption may have several lines.
   HtmlPage& thumbnails(const std::vector<HtmlPicture>& pictures);
   /// @throws InvalidInput if a row is not as long as the header.
   /// @param is_last_wide  The last column holds sentences: it gets room for them, also beside many others.

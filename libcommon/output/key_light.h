@@ -21,7 +21,7 @@ class KeyLight {
   /// A point of the disc, from the middle, in units of its distance. @param square  In the unit square.
   [[nodiscard]] Vec3 point(const Vec2& square) const;
 
-  /// What a place gets from a point of the disc, or from where a ray meets it.
+  /// Light that a place gets from a point of the disc, or from where a ray meets it.
   struct Ray {
     Vec3 direction = Vec3::UnitZ();  ///< Unit.
     double strength = 1.0;           ///< Light on a surface that faces it, over that at the middle: 1 / distance^2.

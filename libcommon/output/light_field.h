@@ -25,7 +25,7 @@ class Surroundings {
   /// Directions are given with y up and the middle of the picture at -z.
   /// All light, lamps too. @param solid_angle  Over which to average, steradian.
   [[nodiscard]] Vec3 radiance(const Vec3& direction, double solid_angle) const;
-  /// Of a white surface in the smooth light: irradiance over pi.
+  /// Light of a white surface in the smooth light: irradiance over pi.
   [[nodiscard]] Vec3 smooth_on(const Vec3& normal) const;
   [[nodiscard]] bool has_lamps() const { return lamp_total_ > 0.0; }
   /// Radiance of lamps in a direction, and with what density sample() chooses it, per steradian.
@@ -52,7 +52,7 @@ class LightField {
   /// Radiance that a ray sees which leaves the scene; of the studio, without its lamp. @param solid_angle  Over which
   /// to average.
   [[nodiscard]] Vec3 around(const Vec3& direction, double solid_angle) const;
-  /// What a white surface shows of all but lamps where nothing hides it.
+  /// Light that a white surface shows of all but lamps where nothing hides it.
   [[nodiscard]] Vec3 smooth_on(const Vec3& normal) const;
   [[nodiscard]] bool has_lamps() const;
   /// Whether around() holds the lamps, so that mirrors need not look for them.
@@ -69,10 +69,10 @@ class LightField {
     Vec3 point = Vec3::Zero();  ///< Of the studio's, as KeyLight has it.
   };
   [[nodiscard]] Lamp lamp(const Vec2& square) const;
-  /// As it is seen from a place.
+  /// Lamp as seen from a place.
   [[nodiscard]] Sample seen(const Lamp& lamp, const Vec3& place) const;
-  /// Of the lamp that around() does not hold, radiance in `weight`, and the density with which lamp() chooses the
-  /// direction; 0 for a point, or beside it.
+  /// Sample of the lamp that around() does not hold: radiance in `weight`, and the density with which lamp() chooses
+  /// the direction; 0 for a point, or beside it.
   [[nodiscard]] Sample lamp_along(const Vec3& direction, const Vec3& place) const;
 
  private:

@@ -13,7 +13,7 @@ struct MapLegend {
   double low = 0.0;
   double high = 1.0;
   std::string unit = "";  ///< Behind the numbers: "um", "%"; ASCII.
-  std::string more = "";  ///< What other colors stand for: "gray: not measured"; ASCII, may be empty.
+  std::string more = "";  ///< Meaning of other colors: "gray: not measured"; ASCII, may be empty.
 };
 
 /// The picture above the ramp, with the numbers of its ends and of its middle.

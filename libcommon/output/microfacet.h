@@ -7,7 +7,7 @@
 
 namespace patinate {
 
-/// What a lobe reflects of light from all around, by what it reflects at normal incidence f0: f0 * scale + bias.
+/// Energy that a lobe reflects of light from all around, by what it reflects at normal incidence f0: f0 * scale + bias.
 struct LobeEnergy {
   double scale = 0.0;
   double bias = 0.0;

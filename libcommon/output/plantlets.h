@@ -40,7 +40,7 @@ struct PlantShape {
 /// Columns: where the shape's x, y and z point for a plant, unit.
 [[nodiscard]] Eigen::Matrix3d plant_frame(const Vec3& up, double turn);
 
-/// Which triangles of a mesh are leaves.
+/// Triangles of a mesh that are leaves.
 class PlantField {
  public:
   PlantField() = default;

@@ -19,7 +19,7 @@ namespace patinate {
 /// @throws InvalidInput if an option is out of range, or the picture has too many samples.
 void check_render_options(const RenderOptions& options);
 
-/// What a ray of the camera meets.
+/// Point that a ray of the camera meets.
 struct LitPoint {
   bool is_hit = false;
   Vec2 uv = Vec2::Zero();

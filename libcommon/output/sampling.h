@@ -18,7 +18,7 @@ inline constexpr int kGroundRays = 16;
 
 [[nodiscard]] inline double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 
-/// Of a color by Rec.709, linear.
+/// Luminance of a color by Rec.709, linear.
 [[nodiscard]] inline double luminance_of(const Vec3& c) { return 0.2126 * c.x() + 0.7152 * c.y() + 0.0722 * c.z(); }
 
 /// Point i of the R2 low-discrepancy sequence [Roberts 2018], shifted; in the unit square.

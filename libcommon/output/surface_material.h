@@ -18,10 +18,10 @@ class SurfaceMaterial {
 
   /// Share of diffuse irradiance over pi that is seen.
   [[nodiscard]] const Vec3& diffuse() const { return diffuse_; }
-  /// What a viewer sees of light from all around, whichever way it is reflected; for light that met another surface
+  /// Light that a viewer sees from all around, whichever way it is reflected; for light that met another surface
   /// before.
   [[nodiscard]] Vec3 all() const { return diffuse_ + base_reflected_ + Vec3::Constant(coat_reflected_); }
-  /// What the mirrors reflect of light from all around, mean of the channels.
+  /// Light from all around that the mirrors reflect, mean of the channels.
   [[nodiscard]] double reflected() const { return base_share_ + coat_share_; }
 
   struct Reflection {
@@ -34,7 +34,7 @@ class SurfaceMaterial {
 
  private:
   Lobe base_, coat_;
-  /// Of the base's lobe: factors of 1 and of grazing reflection, with compensated energy and what the film lets
+  /// For the base's lobe: factors of 1 and of grazing reflection, with compensated energy and what the film lets
   /// through.
   Vec3 base_level_ = Vec3::Zero(), base_grazing_ = Vec3::Zero();
   Vec3 base_reflected_ = Vec3::Zero();

@@ -13,7 +13,7 @@ namespace patinate {
 struct ChartSeries {
   std::string name = {};  ///< For the legend.
   std::vector<double> x = {};
-  std::vector<std::optional<double>> y = {};         ///< As many as x.
+  std::vector<std::optional<double>> y = {};         ///< Value at each x.
   std::vector<std::pair<double, double>> band = {};  ///< Low and high at each x, drawn pale; none or as many as x.
   bool is_dashed = false;                            ///< For what only serves comparison.
 };
@@ -25,7 +25,7 @@ struct Chart {
   bool from_zero = true;  ///< The y axis includes 0.
   bool log_x = false;     ///< Values must then be > 0.
   bool log_y = false;
-  /// What the y axis shows, where that is not all: curves leave the picture there. Low below high; of a log_y both > 0.
+  /// Range of the y axis, where that is not all: curves leave the picture there. Low below high; of a log_y both > 0.
   std::optional<std::pair<double, double>> y_range = {};
   std::vector<ChartSeries> series =
       {};  ///< Colors of [Okabe and Ito 2008], told apart by any color vision, and a dash pattern each.

@@ -26,7 +26,7 @@ void describe(OptionVisitor& v, Seeded<Options>& o) {
   describe(v, o.options);
   v.visit({"seed", "Of all random numbers", "", at_least(0)}, o.seed);
 }
-/// Of the commands' --seed.
+/// Default of the commands' --seed.
 inline constexpr std::int64_t kDefaultSeed = 1;
 
 }  // namespace patinate::python

@@ -14,7 +14,7 @@ namespace patinate::python {
 /// A History or an AgedMesh; nothing for anything else.
 [[nodiscard]] std::optional<analysis::TextureSeries> series_in_memory(const pybind11::object& given);
 
-/// The same, or the path of a history or transfer. @throws TypeError, IoError
+/// Takes a series, or the path of a history or transfer. @throws TypeError, IoError
 [[nodiscard]] analysis::TextureSeries series_from(const std::string& function, const char* name,
                                                   const pybind11::object& given);
 

@@ -19,7 +19,7 @@ namespace patinate::python {
 FunctionText& times_text(FunctionText& text);
 [[nodiscard]] app::TimesChoice times_from(Keywords& keywords);
 
-/// What becomes a picture or a model: a folder, or what is in memory.
+/// Subject of a picture or a model: a folder, or what is in memory.
 struct Subject {
   std::filesystem::path folder;
   std::shared_ptr<const transfer::AgedMesh> aged = nullptr;  ///< In memory only.

@@ -47,7 +47,7 @@ class PySimulation {
       return result;
     }
   }
-  /// The same for what takes no time, whatever the atlas.
+  /// Works in the same way for what takes no time, whatever the atlas.
   template <class F>
   auto look(F&& read) {
     const Turn turn = take_turn();

@@ -71,7 +71,7 @@ template <class T>
 
 /// Rows of numbers, N x columns, of any layout, as doubles. @throws InvalidInput
 [[nodiscard]] pybind11::array_t<double> rows_from(const pybind11::object& array, const std::string& what, int columns);
-/// The same as int32. @throws InvalidInput also where a value does not fit.
+/// Rows as int32. @throws InvalidInput also where a value does not fit.
 [[nodiscard]] pybind11::array_t<std::int32_t> index_rows_from(const pybind11::object& array, const std::string& what,
                                                               int columns);
 /// Numbers in one dimension, finite. @throws InvalidInput

@@ -9,8 +9,8 @@
 
 namespace patinate::python {
 
-/// What calculates, and what it says: a device that fails is a RuntimeWarning of the call, which goes on. Copies are
-/// the same.
+/// Device that calculates, and its messages: a device that fails is a RuntimeWarning of the call, which goes on. Copies
+/// are the same.
 class DeviceKeyword {
  public:
   /// @throws TypeError

@@ -65,7 +65,7 @@ class Keywords {
 /// stops the work when that raises, or on Ctrl-C. It looks every 10 ms; what has not stopped 25 ms later is left
 /// behind: its result is dropped, and the next call waits for its end. So nothing may be captured by reference.
 void run_interruptibly(const RunArguments& arguments, std::function<void(const RunControl&)> work);
-/// The same for work that has a result.
+/// Works in the same way for work that has a result.
 template <class F>
 [[nodiscard]] auto result_of(const RunArguments& arguments, F work) {
   struct Held {

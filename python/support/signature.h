@@ -23,16 +23,16 @@ struct ParameterText {
   std::string help;           ///< With unit and range.
   std::string default_value;  ///< Default value as Python writes it; "" = must be given.
 };
-/// Of described options, with the values that they have.
+/// Texts of described options, with the values that they have.
 [[nodiscard]] std::vector<ParameterText> parameter_texts(DescribedOptions& options);
 
-/// The same entries as the module's Report.
+/// Entries as the module's Report.
 [[nodiscard]] pybind11::object report_of(const pybind11::dict& found);
 
 /// Text of the stubs so far, and more of it.
 [[nodiscard]] const std::string& stubs();
 void add_stub(const std::string& text);
-/// What each of several classes would be, followed by their members, so that a function may name those that come later.
+/// Stub of each of several classes, followed by their members, so that a function may name those that come later.
 void begin_class_stub(const std::string& name, const std::string& doc);
 
 /// Everything that is said of a function.
@@ -87,7 +87,7 @@ struct Parameters<R (C::*)(A...) const> {
   static constexpr std::size_t kKeywords = (std::size_t{0} + ... + (is_keywords<A> ? 1 : 0));
   static constexpr std::size_t kPositional = sizeof...(A) - kKeywords;
 
-  /// What returns a dict returns a Report.
+  /// Returns a Report for what returns a dict.
   template <class F>
   static auto reporting(F function) {
     if constexpr (std::is_same_v<R, pybind11::dict>)

@@ -18,7 +18,7 @@ struct PyAged {
   std::string path = "";  ///< Path as it was opened; "" of one that was made here.
 };
 
-/// What a texture is asked for at: one time, several, or one of each texel.
+/// Times that a texture is asked for at: one, several, or one of each texel.
 struct AskedTime {
   double one = 0.0;
   std::optional<std::vector<double>> several = std::nullopt;

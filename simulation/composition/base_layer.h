@@ -36,7 +36,7 @@ class BaseLayer {
   [[nodiscard]] const std::int32_t* heights(TileIndex tile) const;
 
  private:
-  struct ObjectColors;  ///< What an object's colors come from besides its maps.
+  struct ObjectColors;  ///< Sources of an object's colors besides its maps.
   void fill_page(std::uint32_t page, const Scene& scene, const SceneMesh& scene_mesh,
                  const std::vector<ObjectColors>& colors, double quanta_per_mm);
 

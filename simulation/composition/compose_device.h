@@ -17,7 +17,7 @@ struct ComposerParts;
 
 namespace composition {
 
-/// What is composed, as the CPU keeps it.
+/// Composed textures, as the CPU keeps them.
 struct Textures {
   std::vector<std::uint32_t>& codes;
   std::vector<std::int32_t>& heights;

@@ -37,7 +37,7 @@ class TileSet {
   std::vector<std::atomic<std::uint64_t>> pages_;  ///< A bit for each tile.
 };
 
-/// What composition is made of, wherever it is done.
+/// Parts of the composition, wherever it is done.
 struct ComposerParts {
   ComposerParts(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface_atlas,
                 ColorForm color_form, const RunControl& control);
@@ -95,7 +95,7 @@ struct Composer::State : ComposerParts {
   void prefetch(const MaterialAtlas& atlas, TileIndex tile) const;
   void prefetch_heights(TileIndex tile) const;
   void slopes_of(TileIndex tile, composition::SlopeTile& slopes) const;
-  /// What was composed on a device comes here.
+  /// Copies to the host what was composed on a device.
   void bring_back();
   [[nodiscard]] composition::Textures textures() { return {.codes = codes, .heights = heights, .normals = normals}; }
 

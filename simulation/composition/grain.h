@@ -29,7 +29,7 @@ class Grain {
   }
   /// 64 values, 127.5 in the mean, standard deviation 51. Different tiles may be asked for by several threads at once.
   [[nodiscard]] const std::uint8_t* tile(std::size_t material, TileIndex tile);
-  /// Of one texel, [0, 1]: for the slow version.
+  /// Grain of one texel, [0, 1]: for the slow version.
   [[nodiscard]] double value(std::size_t material, TexelIndex t) const;
   [[nodiscard]] std::size_t memory() const;
 

@@ -38,12 +38,12 @@ class HeightFrames {
   /// By triangle + 1; flat in [0] and where a triangle is degenerate.
   [[nodiscard]] std::span<const Frame> frames() const { return frames_; }
   [[nodiscard]] std::span<const BorderTexel> border(TileIndex tile) const;
-  /// Of all tiles, in order, and where a tile's begin in them.
+  /// Border texels of all tiles, in order, and where a tile's begin in them.
   [[nodiscard]] std::span<const BorderTexel> border() const { return border_; }
   [[nodiscard]] std::uint32_t border_begin(TileIndex tile) const { return border_begin_[tile]; }
   /// Tiles, other than the four beside, whose slopes use heights of this one.
   [[nodiscard]] std::span<const TileIndex> dependents(TileIndex tile) const;
-  /// Of all tiles, and where a tile's begin in them.
+  /// Dependent tiles of all tiles, and where a tile's begin in them.
   [[nodiscard]] std::span<const TileIndex> dependents() const { return dependents_; }
   [[nodiscard]] std::uint32_t dependents_begin(TileIndex tile) const { return dependents_begin_[tile]; }
   [[nodiscard]] std::size_t memory() const;

@@ -35,7 +35,7 @@ struct Picture {
 /// @throws InvalidInput naming the first value that is not finite or out of the range that MaterialAppearance gives.
 [[nodiscard]] QuantizedAppearance quantize(const MaterialAppearance& look, double quanta_per_mm,
                                            std::uint32_t noise_key);
-/// Of material `index`: fixed, so that appearance parameters can change without the noise.
+/// Key of material `index`: fixed, so that appearance parameters can change without the noise.
 [[nodiscard]] std::uint32_t noise_key(int index);
 
 }  // namespace patinate::simulation::composition

@@ -10,7 +10,7 @@
 
 namespace patinate::simulation::composition {
 
-/// As objects stood when the atlas was made: what is laid on an object stays with it when it moves.
+/// Places with objects as they stood when the atlas was made: what is laid on an object stays with it when it moves.
 class TexelPlaces {
  public:
   /// @param scene_mesh  Not kept. @param surface  Outlives this.
@@ -19,7 +19,7 @@ class TexelPlaces {
   [[nodiscard]] const SurfaceAtlas& surface() const { return *surface_; }
   /// mm; 0 outside the charts.
   [[nodiscard]] Vec3 point(TexelIndex t) const;
-  /// Of the mesh, interpolated; unit, or 0 where it cancels and outside the charts.
+  /// Normal of the mesh, interpolated; unit, or 0 where it cancels and outside the charts.
   [[nodiscard]] Vec3 normal(TexelIndex t) const;
   [[nodiscard]] std::size_t memory() const;
 

@@ -12,7 +12,7 @@
 
 namespace patinate::simulation {
 
-/// What the engine keeps on a device. The state there is the engine's, or some iterations ahead of it, until somebody
+/// State that the engine keeps on a device. It is the engine's, or some iterations ahead of it, until somebody
 /// asks: it then comes back.
 struct DeviceRun {
   /// @throws DeviceError

@@ -35,13 +35,13 @@ struct Simulation::State {
   /// Notes the contacts of the last trace(): where gammatons run, and where they have ever been.
   void follow_contacts();
   void mark(std::span<const TileIndex> tiles);
-  /// What was composed was lost, or wrong: composes everything, as part of what the last compose() has changed.
+  /// After a loss or an error: composes everything, as part of what the last compose() has changed.
   void compose_again();
   /// Repeats iterations whose device buffers overflowed, before their results are used.
   void check_room();
   /// Composes what has changed, for whoever asks; composed_since_asked has what was composed.
   void compose_now(const RunControl& control);
-  /// What the next response is to reflect about; nullptr: the mesh's normals.
+  /// Normals that the next response reflects about; nullptr: the mesh's.
   [[nodiscard]] std::unique_ptr<SurfaceNormals> bounce_normals(const RunControl& control);
   [[nodiscard]] std::vector<TileIndex> dirty_since(std::int64_t since) const;
   /// Gives emitters that follow the weather what it is in the next iteration: nothing of it needs to be kept.
@@ -60,13 +60,13 @@ struct Simulation::State {
   void apply_rules(const RunControl& control);
   /// The emitter of this name that may paint. @throws InvalidInput
   [[nodiscard]] std::size_t brush_index(const std::string& emitter) const;
-  /// What attracts floating gammatons; empty when nothing does.
+  /// Paths that attract floating gammatons; empty when nothing does.
   [[nodiscard]] std::optional<WetPaths> wet_paths();
   /// Marks every tile as changed, after amounts were set from outside.
   void wake_everything();
   /// One iteration on the host, without its events.
   void step_on_host(const RunControl& control);
-  /// The same on a device. @returns false, and does nothing, where no device can.
+  /// Steps on a device. @returns false, and does nothing, where no device can.
   [[nodiscard]] bool step_on_device(const RunControl& control);
   [[nodiscard]] bool uses_device() const;
   /// Copies the state to the device if it has changed on the host. @returns false where none is used. @throws
@@ -120,7 +120,7 @@ struct Simulation::State {
   WeatherValues weather_peaks{};  ///< Greatest values of the whole weather.
   std::vector<std::string> notes;
   std::unique_ptr<DeviceRun> there;  ///< Null where no device is used.
-  bool is_composed_there = false;    ///< Which tiles the last compose() has changed, the device knows.
+  bool is_composed_there = false;    ///< The device knows which tiles the last compose() has changed.
 };
 
 /// Amount quanta at the start, by object and material.

@@ -15,7 +15,7 @@
 
 namespace patinate::simulation {
 
-/// What the parts need to know of the whole.
+/// Facts of the whole scene that its parts need.
 struct SceneContext {
   std::vector<std::string> materials;
   double mm_per_unit = 1000.0;

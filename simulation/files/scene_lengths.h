@@ -8,7 +8,7 @@
 
 namespace patinate::simulation {
 
-inline constexpr double kFarthest_mm = 1e9;  ///< Of a coordinate or length: 1000 km.
+inline constexpr double kFarthest_mm = 1e9;  ///< Limit of a coordinate or length: 1000 km.
 
 /// Lengths in a unit, [0, kFarthest_mm] and (0, kFarthest_mm].
 [[nodiscard]] Range up_to_farthest(double mm_per_unit);

@@ -14,7 +14,8 @@ namespace patinate::simulation {
 /// @param scene  With its materials and objects.
 void read_maps(JsonReader json, const SceneContext& context, Scene& scene);
 
-/// What limits a rule: an expression, a list of objects, or a map of its own as in "maps", which comes to scene.maps.
+/// Reads what limits a rule: an expression, a list of objects, or a map of its own as in "maps", which comes to
+/// scene.maps.
 /// @returns an expression. @throws IoError
 [[nodiscard]] std::string read_mask(const JsonReader& json, const SceneContext& context, Scene& scene);
 

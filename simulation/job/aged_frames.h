@@ -21,7 +21,7 @@ class AgedFrames {
   /// @throws as Simulation; Canceled.
   AgedFrames(const SceneFile& file, SimulationOptions options, const RunControl& control = {});
 
-  /// Of the frames, in the scene's unit of time.
+  /// Times of the frames, in the scene's unit of time.
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
   /// Color at every frame, H x W x 3, linear: what the history of a simulation with these appearance parameters holds,
   /// before rounding to half. Same bits for any number of threads. @throws InvalidInput unless there is a look for each

@@ -32,8 +32,8 @@ void write_frame_maps(const std::filesystem::path& history, int index, Simulatio
 /// size or other materials.
 void read_frame_amounts(const std::filesystem::path& file, Simulation& simulation);
 
-/// The same at any time: between two frames their amounts are blended. @param history  Folder with `frames`, all of
-/// which have amounts. @throws IoError
+/// Reads amounts at any time: between two frames their amounts are blended. @param history  Folder with `frames`, all
+/// of which have amounts. @throws IoError
 void read_frame_amounts(const std::filesystem::path& history, const HistoryManifest& frames, double time,
                         Simulation& simulation);
 

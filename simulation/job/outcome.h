@@ -10,7 +10,7 @@
 
 namespace patinate::simulation {
 
-/// Of one material on one object. Means and shares are of the surface's area.
+/// Outcome of one material on one object. Means and shares are of the surface's area.
 struct MaterialOutcome {
   std::string material;
   double mean = 0.0;         ///< Amount; 1 = a full layer.
@@ -39,7 +39,7 @@ struct ObjectOutcome {
 /// A change from here on is seen, as compare and fit have it.
 inline constexpr double kVisibleDeltaE = 5.0;
 
-/// What is likely wrong, one sentence each with its figure and what helps; none when all is well: nothing visible
+/// Likely mistakes, one sentence each with its figure and what helps; none when all is well: nothing visible
 /// happened, a material hides nearly everything, most of an object was never met.
 [[nodiscard]] std::vector<std::string> outcome_advice(const std::vector<ObjectOutcome>& outcome);
 

@@ -27,14 +27,14 @@ struct SimulationState {
   std::int64_t iteration = 0;
   std::vector<std::byte> snapshot;  ///< Simulation::snapshot().
   bool is_changed_by_hand = false;  ///< By more than its steps: strokes, events, amounts that were set.
-  bool has_set_amounts = false;     ///< Which the ledger does not describe (Simulation::set_amounts()).
+  bool has_set_amounts = false;     ///< The ledger does not describe these amounts (Simulation::set_amounts()).
 };
 /// The folder of `patinate simulate` with `state.iteration` iterations and frames at both ends; the same bytes unless
 /// it was changed by hand. @param scene  That it was made from, whose file can be read again.
 [[nodiscard]] JobPlan plan_saved_simulation(SceneFile scene, const SimulationOptions& options, SimulationState state,
                                             const std::filesystem::path& output);
 
-/// What `simulation.json` says about a finished folder.
+/// Content of `simulation.json` of a finished folder.
 struct SimulationManifest {
   std::string name;
   std::filesystem::path

@@ -15,7 +15,7 @@
 
 namespace patinate::simulation {
 
-/// Of a simulation folder: the scene as it was simulated.
+/// Part of a simulation folder: the scene as it was simulated.
 inline constexpr const char* kSceneFolder = "scene";
 /// Keys of the files of the scene that the folder holds, by their paths in it, which tell whether one has changed.
 [[nodiscard]] Json scene_files_json(const std::filesystem::path& folder, const SceneCopy& copy);

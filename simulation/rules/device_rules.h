@@ -16,7 +16,7 @@
 
 namespace patinate::simulation {
 
-/// What is the same at all tiles of a step.
+/// Parameters that are the same at all tiles of a step.
 struct RuleStep {
   std::span<const CompiledRule> rules;
   const SignalValues& signals;
@@ -24,7 +24,8 @@ struct RuleStep {
   std::int64_t iteration;
 };
 
-/// What rules keep on a device: which tiles are due when, parameters, which texels are covered, and the drivers' steps.
+/// State that rules keep on a device: which tiles are due when, parameters, which texels are covered, and the drivers'
+/// steps.
 class DeviceRules {
  public:
   /// Whether a texel's values have room on a device: materials, parameters, and what the longest driver works with are

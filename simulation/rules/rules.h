@@ -32,7 +32,7 @@ namespace patinate::simulation {
 
 struct DeviceArrays;
 
-/// What rules have changed.
+/// Changes by rules.
 struct RuleReport {
   std::span<const TileIndex> dirty_tiles;  ///< With texels whose amounts changed; rising. Good until the next step.
   std::array<std::int64_t, kMaxMaterials> made{};  ///< Mass.
@@ -75,7 +75,7 @@ class RuleEngine {
   void set_rules(std::span<const Rule> rules, std::span<const std::string> materials,
                  std::vector<SurfaceParameter> more_parameters = {});
   [[nodiscard]] bool has_parameter(std::string_view name) const;
-  /// What drivers see of the weather: at a tile's turn its mean over the time since the turn before. @param weather
+  /// Weather that drivers see: at a tile's turn its mean over the time since the turn before. @param weather
   /// Checked.
   void set_weather(Weather weather);
 
@@ -89,7 +89,7 @@ class RuleEngine {
   /// Iteration `iteration`, counted from 0. Same bits for any number of threads and instruction set.
   /// @param control  Threads; a step that has begun is finished whatever `stop` says.
   RuleReport step(std::int64_t iteration, MaterialAtlas& atlas, const RunControl& control = {});
-  /// The same on a device, with the same bytes: of the tiles that are awake there. @throws DeviceError
+  /// Steps on a device, with the same bytes: the tiles that are awake there. @throws DeviceError
   void step_on_device(std::int64_t iteration, DeviceArrays& arrays);
   /// Whether a device has room for a texel's values.
   [[nodiscard]] bool can_step_there() const;

@@ -13,7 +13,7 @@
 
 namespace patinate::simulation {
 
-/// What changes with time and is the same everywhere: the scene's time ("age") and kWeatherSignalNames.
+/// Tells names that change with time and are the same everywhere: the scene's time ("age") and kWeatherSignalNames.
 [[nodiscard]] bool is_time_signal(std::string_view name);
 
 /// Names that a driver may use beside the materials: built_in_maps(), "slope", "age", the weather's signals, and maps
@@ -31,7 +31,7 @@ struct SurfaceParameter {
   float high = 1.0F;
 };
 
-/// What one code more adds.
+/// Value of one code step.
 [[nodiscard]] float code_step(const SurfaceParameter& parameter);
 /// The values of a tile. @param out  TileGrid::kTileTexels.
 void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* out);

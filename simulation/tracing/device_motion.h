@@ -19,7 +19,7 @@ namespace patinate::simulation {
 extern const std::string_view kMotionTypes, kMotionVectors, kRandomDirection, kPlaceKernel, kMotionArrays,
     kFlightKernel, kWalkKernel, kFloatingKernel, kBirthKernel, kResponseKernel, kMotionEntries;
 
-/// What becomes of gammatons' lives.
+/// Rules by which gammatons' lives end and begin.
 struct LifeCall {
   bool is_deposited = false;                  ///< Those that end leave their cargo along their trails.
   std::span<const std::uint32_t> loads = {};  ///< By emitter, then material: mass at birth.

@@ -38,7 +38,7 @@ struct Birth {
 [[nodiscard]] Birth make_birth(const PlacedEmitter& emitter, std::uint64_t seed, std::uint32_t gammaton,
                                std::uint32_t number);
 
-/// As kernels have it.
+/// Facts as kernels have them.
 [[nodiscard]] EmitterFacts facts_of(const PlacedEmitter& emitter);
 
 /// Volume that an object encloses, mm^3; negative when it is inside out.

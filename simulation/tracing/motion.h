@@ -23,7 +23,7 @@ struct DeviceArrays;
 struct LifeCall;
 struct WetPaths;
 
-/// Of one call.
+/// Result of one call.
 struct TraceResult {
   std::vector<Contact> contacts;    ///< By gammaton. A hit that has no texel makes none.
   std::vector<std::uint32_t> born;  ///< By gammaton.
@@ -64,7 +64,7 @@ class GammatonTracer {
   GammatonTracer(GammatonTracer&&) noexcept;
   GammatonTracer& operator=(GammatonTracer&&) noexcept;
 
-  /// The same triangles at other places. Floating gammatons move with theirs.
+  /// Places the same triangles elsewhere. Floating gammatons move with theirs.
   void set_mesh(const SceneMesh& scene_mesh);
   [[nodiscard]] const RayTracer& rays() const;
   /// Births of those that wait and whose emitters are on; then each flies or floats for at most
@@ -80,7 +80,7 @@ class GammatonTracer {
                const SurfaceNormals* normals = nullptr, const RunControl& control = {},
                const GammatonRange& moving = {}, const WetPaths* wet = nullptr);
 
-  /// The same of all gammatons on a device, with the same bytes; contacts, births and ends stay there too. What the
+  /// Traces all gammatons on a device, with the same bytes; contacts, births and ends stay there too. What the
   /// device needs of the scene is brought by the first call, and after set_mesh(). @throws DeviceError
   void trace_there(const Scene& scene, std::int64_t iteration, const LifeCall& life, DeviceArrays& arrays,
                    const RunControl& control);

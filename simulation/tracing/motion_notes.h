@@ -10,7 +10,7 @@
 
 namespace patinate::simulation {
 
-/// What is noted of one gammaton.
+/// Notes on one gammaton.
 struct Note {
   TexelIndex texel = kNoTexel;
   bool is_contact = false;
@@ -20,7 +20,7 @@ struct Note {
   DeathReason reason = DeathReason::Absorbed;
 };
 
-/// What a way was, counted too.
+/// Notes and counts the way.
 void note_way(const Told& told, Note& of, TraceCounters& counters);
 void note_response(Outcome outcome, Note& of);
 /// Puts down what is noted of gammaton `i`.

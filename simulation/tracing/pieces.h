@@ -54,7 +54,7 @@ class Clearance {
     known.store(found ? kClear : kCut, std::memory_order_relaxed);
     return found;
   }
-  /// Of all triangles, both sides: 1 where is_clear(), else 0; by triangle, its front first.
+  /// Clearance of all triangles, both sides: 1 where is_clear(), else 0; by triangle, its front first.
   [[nodiscard]] std::vector<std::uint8_t> all(const RunControl& control);
   [[nodiscard]] double height_mm() const { return height_; }
 
@@ -69,7 +69,7 @@ class Clearance {
   std::unique_ptr<std::atomic<std::uint8_t>[]> known_;
 };
 
-/// What all gammatons of a call share.
+/// Scene that all gammatons of a call share.
 struct MotionScene {
   const RayTracer& rays;
   const TriangleFrames& frames;
@@ -77,7 +77,7 @@ struct MotionScene {
   const FreeSpace& free_space;
   Clearance& clearance;  ///< Of epsilon.
   MotionFacts facts;
-  const WetPaths* wet = nullptr;  ///< What turns those that float; may be null.
+  const WetPaths* wet = nullptr;  ///< Attracts those that float; may be null.
 };
 [[nodiscard]] MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const TriangleFrames& frames,
                                        const SurfaceLinks& links, const FreeSpace& free_space, Clearance& clearance,

@@ -40,7 +40,7 @@ class RayTracer {
   /// finite, or lengths beyond 1e100 and below 1e-100, hit nothing.
   [[nodiscard]] TriangleHit first_hit(const Vec3& origin, const Vec3& direction, double min_distance,
                                       double max_distance) const;
-  /// The same by asking every triangle: the truth of tests.
+  /// First hit by asking every triangle: the truth of tests.
   [[nodiscard]] TriangleHit first_hit_of_all(const Vec3& origin, const Vec3& direction, double min_distance,
                                              double max_distance) const;
 

@@ -11,8 +11,8 @@
 
 namespace patinate::simulation {
 
-/// Of each triangle as RayTracer has it (corners rounded to float), in plain floats. 72 bytes a triangle, and 36 for
-/// normals.
+/// Frame of each triangle as RayTracer has it (corners rounded to float), in plain floats. 72 bytes a triangle, and 36
+/// for normals.
 class TriangleFrames {
  public:
   TriangleFrames(const SceneMesh& scene_mesh, const RayTracer& tracer);

@@ -23,7 +23,7 @@ using namespace kernel_types;
 /// The texts of what it is compiled from.
 extern const std::string_view kExchangeTypes, kSplatsThere, kWalksThere, kLayEntries, kTrailEntries, kExchangeEntries;
 
-/// What an exchange keeps on a device: how splats lie, room for their pieces, and parameter maps.
+/// State that an exchange keeps on a device: how splats lie, room for their pieces, and parameter maps.
 class DeviceExchange {
  public:
   /// @param choice  Maps that are kept. @throws DeviceError, as all members.
@@ -35,9 +35,9 @@ class DeviceExchange {
   /// Whether gammatons that end leave their cargo along their trails.
   [[nodiscard]] bool deposits() const;
 
-  /// Of all contacts in `arrays`. @param time  Of random numbers, and of maps.
+  /// Exchanges at all contacts in `arrays`. @param time  Of random numbers, and of maps.
   void exchange(DeviceArrays& arrays, ExchangeTime time);
-  /// Of the endings of ways (0) or responses (1).
+  /// Deposits at the endings of ways (0) or responses (1).
   void deposit(DeviceArrays& arrays, ExchangeTime time, std::uint32_t which);
 
   /// There was too little room (kHasOverflown): takes twice as much. Lists of texels are empty after it.

@@ -25,14 +25,14 @@ namespace patinate::simulation {
 struct ExchangeTime {
   ExchangeTime(std::int64_t given) : iteration(given), random_key(given) {}  // NOLINT: an iteration is one
   ExchangeTime(std::int64_t given, std::int64_t key) : iteration(given), random_key(key) {}
-  std::int64_t iteration;   ///< What maps remember.
+  std::int64_t iteration;   ///< Iteration that maps remember.
   std::int64_t random_key;  ///< In place of the iteration, for random numbers.
 };
 
 /// How large a contact is, in texels of median size: what gammatons carry are amounts over that.
 [[nodiscard]] double contact_area(const ExchangeOptions& options, const SurfaceAtlas& surface);
 
-/// Of splats, in texels of median size.
+/// Widths of splats, in texels of median size.
 struct SplatWidths {
   double contact = 0.0;  ///< 0: contacts are of one texel.
   double deposit = 0.0;  ///< Before trails widen it.
@@ -46,7 +46,7 @@ struct SplatWidths {
 /// and with splats all those whose splats have a part of it.
 [[nodiscard]] double reached_from(const ExchangeOptions& options, const SurfaceAtlas& surface, std::uint32_t weight);
 
-/// What an exchange has changed.
+/// Changes by an exchange.
 struct ExchangeReport {
   std::span<const TileIndex> dirty_tiles;  ///< With texels whose amounts changed; rising. Good until the next exchange.
   std::array<std::int64_t, kMaxMaterials> dropped{};    ///< Mass from gammatons to the surface.

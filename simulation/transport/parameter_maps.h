@@ -77,7 +77,7 @@ class ParameterMaps {
   ParameterMaps(const TileGrid& grid, const ParameterMapChoice& choice);
 
   [[nodiscard]] const ParameterMapChoice& choice() const { return choice_; }
-  /// What one contact leaves. Texels of different tiles may be recorded by several threads at once; those of one tile
+  /// Records one contact. Texels of different tiles may be recorded by several threads at once; those of one tile
   /// in a fixed order.
   /// @param is_middle  Whether this is the middle of the gammaton's splat.
   /// @param dropped    Mass by material that went to the texel.

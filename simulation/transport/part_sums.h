@@ -13,7 +13,8 @@
 
 namespace patinate::simulation {
 
-/// What overlapping splats leave on each texel: by tile, which neighbors share, so that nothing is sorted but tiles.
+/// Sums that overlapping splats leave on each texel: by tile, which neighbors share, so that nothing is sorted but
+/// tiles.
 class PartSums {
  public:
   PartSums() : slots_(kFirstSlots, 0) {}

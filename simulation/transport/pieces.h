@@ -29,7 +29,7 @@ struct Piece {
   std::uint32_t share = SplatShape::kWhole;
 };
 
-/// What is cut.
+/// Contacts that are cut.
 struct WideContacts {
   const SurfaceAtlas& surface;
   std::span<const Contact> contacts;
@@ -58,7 +58,7 @@ void deal(std::uint32_t whole, std::uint32_t random, std::uint32_t middle_weight
   }
 }
 
-/// Which random numbers of a gammaton are those where it ends; its contacts' are 0.
+/// Random numbers of a gammaton where it ends; its contacts' are 0.
 inline constexpr std::uint32_t kDepositPiece = 0x7FFFFFFEu;
 
 /// Keeps its memory from call to call.
@@ -74,7 +74,7 @@ class Pieces {
   /// By contact, and the end: where its parts begin among all.
   [[nodiscard]] std::span<const std::uint32_t> first_parts() const { return first_piece_; }
 
-  /// The same, and deals the cargo out. @param regions  Of the surface's grid.
+  /// Cuts, and deals the cargo out. @param regions  Of the surface's grid.
   void cut(const WideContacts& of, double width, const Regions& regions, const Cargo& cargo, const RunControl& control);
   /// Sums the pieces' cargo up again.
   void join(const WideContacts& of, Cargo& cargo, const RunControl& control) const;
@@ -83,7 +83,7 @@ class Pieces {
   [[nodiscard]] std::span<const Piece> pieces() const { return pieces_; }
   /// The region that each is in.
   [[nodiscard]] std::span<const std::uint16_t> regions() const { return regions_; }
-  /// What pieces carry, by piece and active material.
+  /// Mass that pieces carry, by piece and active material.
   [[nodiscard]] std::span<std::uint32_t> mass() { return mass_; }
   /// By contact and active material.
   [[nodiscard]] std::span<const Masses> randoms() const { return randoms_; }

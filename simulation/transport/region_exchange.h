@@ -18,7 +18,7 @@
 
 namespace patinate::simulation {
 
-/// Of one thread; what it holds shows in no result.
+/// Table of one thread; its content shows in no result.
 class ShareTable {
  public:
   /// @param area  Of a contact, in texels of median size.
@@ -48,7 +48,7 @@ class ShareTable {
     }
     return found;
   }
-  /// Of a stencil's lanes where all texels have one weight: by active material, `up` of all lanes, then `down`.
+  /// Factors of a stencil's lanes where all texels have one weight: by active material, `up` of all lanes, then `down`.
   /// @param size  Of the stencil. Good until the next call.
   [[nodiscard]] const double* even(const SplatStencil& stencil, int size, std::uint32_t weight) {
     const std::uint32_t key = static_cast<std::uint32_t>(size) << 16 | weight;
@@ -86,7 +86,7 @@ class ShareTable {
   std::vector<EvenShares> even_;
 };
 
-/// What all contacts of a call share.
+/// Data that all contacts of a call share.
 struct RegionCall {
   std::uint64_t seed;
   std::int64_t iteration, random_key;
@@ -109,7 +109,7 @@ struct RegionCall {
   std::span<std::uint64_t> dirty_pages;  ///< By page: a bit for each tile whose amounts changed is set.
 };
 
-/// What one thread needs; which thread it is shows in no result.
+/// Data that one thread needs; which thread it is shows in no result.
 struct RegionWorker {
   static constexpr std::size_t kMaxLanes = SplatShape::kMaxParts;
   static_assert(kMaxLanes % transport::kLaneBlock == 0);

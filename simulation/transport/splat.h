@@ -28,7 +28,7 @@ struct SplatStencil {
 
   /// Lanes: the same parts row by row, whole blocks of them for kernels (splat_kernel.h).
   struct Run {
-    std::int8_t x = 0, y = 0;  ///< Of its first texel.
+    std::int8_t x = 0, y = 0;  ///< Offset of its first texel.
     std::uint8_t length = 0;   ///< Texels beside each other, each a lane.
   };
   std::vector<Run> runs;
@@ -70,9 +70,9 @@ class SplatShape {
   [[nodiscard]] int size_at(TexelIndex texel) const {
     return size_of(surface_->weight_of_triangle(surface_->triangle(texel)));
   }
-  /// Of texels of an area weight.
+  /// Size for texels of an area weight.
   [[nodiscard]] int size_of(std::uint32_t weight) const;
-  /// Of a variance.
+  /// Stencil of a variance.
   [[nodiscard]] static const SplatStencil& stencil_of(int size);
   /// Whether a stencil is what append() lays there: no seam and no end of the surface is near.
   [[nodiscard]] bool is_plain(int x, int y, int reach) const;

@@ -31,7 +31,7 @@ struct HttpResponse {
   std::string body = {};
 };
 
-/// What a target asks for, decoded.
+/// Request of a target, decoded.
 struct RequestTarget {
   std::string path;                          ///< "/api/texture"
   std::map<std::string, std::string> query;  ///< Of a name that is given twice, the first.

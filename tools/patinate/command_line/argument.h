@@ -16,7 +16,7 @@
 namespace patinate::cli {
 
 enum class ArgumentKind { Positional, PositionalList, Option, Repeated, Flag };
-/// What its value is.
+/// Type of its value.
 enum class ValueType { Text, Path, Number, Integer, Numbers };
 
 struct ArgumentInfo {
@@ -27,7 +27,7 @@ struct ArgumentInfo {
   std::string value_name;            ///< "" for flags.
   std::string help;                  ///< With unit and range, without the default.
   std::string default_text;          ///< "" when there is none.
-  std::vector<std::string> choices;  ///< What may be given; suggestions only where other values are accepted too.
+  std::vector<std::string> choices;  ///< Permitted values; suggestions only where other values are accepted too.
   bool is_required = false;
   bool is_common = false;    ///< An option of every command.
   bool takes_words = false;  ///< An option that may be repeated takes all words up to the next option.
@@ -41,9 +41,9 @@ struct ArgumentInfo {
   }
   /// The name in a configuration file: spatial_sigma; "output" for -o.
   [[nodiscard]] std::string key() const;
-  /// As a user gives it: "--threads N", "--no-ground", "MESH".
+  /// Form as a user gives it: "--threads N", "--no-ground", "MESH".
   [[nodiscard]] std::string form() const;
-  /// What it is and its default, as one sentence of --help and of the manual.
+  /// Description and default, as one sentence of --help and of the manual.
   [[nodiscard]] std::string description() const;
 };
 
@@ -75,7 +75,7 @@ struct CommandDeclaration {
 [[nodiscard]] std::string usage_text(const CommandDeclaration& command);
 /// A command with more options of its own has a short --help, of its usual and required ones, beside --help-all.
 inline constexpr std::size_t kMaxOptionsOfHelp = 12;
-/// What --help prints, or --help-all.
+/// Text of --help, or of --help-all.
 [[nodiscard]] std::string help_text(const CommandDeclaration& command, bool is_all = false);
 
 }  // namespace patinate::cli

@@ -18,7 +18,7 @@
 
 namespace patinate::cli {
 
-/// What every command takes.
+/// Options that every command takes.
 struct CommonOptions {
   int threads = 0;
   std::int64_t seed = 1;
@@ -82,13 +82,13 @@ class CommandLine {
   void written();
   /// Nothing else is accepted for the argument that was declared last.
   void choices(const std::vector<std::string>& words);
-  /// What shells offer for the argument that was declared last; anything is accepted.
+  /// Suggestions of shells for the argument that was declared last; anything is accepted.
   void suggestions(const std::vector<std::string>& words);
   /// A second name of the option that was declared last.
   void alias(const std::string& name);
-  /// What --help says for the default of an option where that is no fixed value.
+  /// Text of --help for the default of an option where that is no fixed value.
   void default_text(const std::string& name, const std::string& text);
-  /// What an option that was left open has come to, for run.json.
+  /// Records the choice for an option that was left open, for run.json.
   void decided(const std::string& name, const std::string& value);
   /// Options of which one is given at most: one on the command line puts those of a configuration file out of force.
   void alternatives(const std::vector<std::string>& names);
@@ -97,16 +97,16 @@ class CommandLine {
   void usual(const std::vector<std::string>& names);
   /// Options of every command that mean nothing to this one.
   void without(const std::vector<std::string>& names);
-  /// What else can be wrong with the arguments, before any input is opened. @param look  Throws UsageError.
+  /// Adds a check of the arguments, before any input is opened. @param look  Throws UsageError.
   void checked(std::function<void()> look) { checks_.push_back(std::move(look)); }
   /// A list of --help with a title, one name and what it means a line.
   void list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows);
-  /// The same, of --help-all.
+  /// Adds a list to --help-all.
   void long_list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows);
   /// A line under "Examples" of --help, without "patinate".
   void example(const std::string& arguments);
 
-  /// What to write in place of moved options that were given, a line each. Call after parse().
+  /// Advice on what to write in place of moved options that were given, a line each. Call after parse().
   [[nodiscard]] const std::vector<std::string>& advice() const { return advice_; }
   [[nodiscard]] const CommonOptions& common() const { return common_; }
   [[nodiscard]] CommandDeclaration declaration() const;
@@ -124,7 +124,7 @@ class CommandLine {
   void check() const {
     for (const std::function<void()>& look : checks_) look();
   }
-  /// What was asked for: --help or --help-all.
+  /// The requested help: --help or --help-all.
   [[nodiscard]] std::string help() const { return help_text(declaration(), wants_all_help_); }
   /// The option was given, not left at its default.
   [[nodiscard]] bool is_given(const std::string& name) const;
@@ -132,7 +132,7 @@ class CommandLine {
   [[nodiscard]] std::string config() const;
   /// Paths that are read, those of options too; `library:NAME` as the folder. Call after parse().
   [[nodiscard]] std::vector<std::filesystem::path> inputs() const;
-  /// Of a file that is written beside the output; parse() has said it of the output itself.
+  /// Requires a file apart from the inputs that is written beside the output; parse() does so for the output itself.
   /// @throws UsageError if it is an input, or lies in a finished result.
   /// @param argument  That names it, as shown.
   void require_apart(const std::string& argument, const std::filesystem::path& file) const;

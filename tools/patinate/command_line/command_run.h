@@ -32,7 +32,7 @@ class CommandRun {
 
   /// The first word that is no option, "" if the arguments begin with one: for commands whose options depend on it.
   [[nodiscard]] std::string first_positional() const;
-  /// As given, without the verb.
+  /// Arguments as given, without the verb.
   [[nodiscard]] const std::vector<std::string>& arguments() const { return arguments_; }
   [[nodiscard]] std::stop_token stop() const { return stop_; }
   /// The command is asked for its work as a plan, or for a part of it. @param request  Must outlive the run.
@@ -40,7 +40,7 @@ class CommandRun {
   [[nodiscard]] PlanRequest* request() const { return request_; }
   /// Makes parse() return false: the command then has only declared its arguments on `line`.
   void only_declare() { is_only_declared_ = true; }
-  /// The same, and says what is wrong with arguments beside each other.
+  /// Only declares, and reports arguments that do not go together.
   void only_check() { is_only_declared_ = is_checked_ = true; }
   [[nodiscard]] bool is_only_declared() const { return is_only_declared_; }
   /// Options come from the command line, else the environment, else the file of --config.
@@ -50,7 +50,7 @@ class CommandRun {
   [[nodiscard]] std::vector<std::string> credits() const;
   /// Progress under a label of one or two words, the stop token, --threads.
   [[nodiscard]] RunControl control(const std::string& label);
-  /// What is planned may be made by several at a time: `force` then means other outputs only.
+  /// Planned work may be made by several at a time: `force` then means other outputs only.
   [[nodiscard]] JobOptions job_options() const {
     return {.force = line.common().force, .keeps_same = request_ != nullptr};
   }
@@ -69,13 +69,13 @@ class CommandRun {
   /// @returns nothing after a dry run or when only the plan is asked for: the command then returns 0.
   /// @throws UsageError if a file is an input.
   [[nodiscard]] std::optional<JobStatus> check_files(const std::vector<OutputFile>& files, const std::string& key);
-  /// The same of one file.
+  /// Checks one file.
   [[nodiscard]] std::optional<JobStatus> check_file(const std::filesystem::path& output,
                                                     const std::string& existing_key, const std::string& key);
 
   /// A line on stderr, unless --quiet.
   void note(const std::string& text);
-  /// The same of what may make a result wrong: "warning: " stands before it.
+  /// Says that a result may be wrong: "warning: " stands before it.
   void warn(const std::string& text) { note("warning: " + text); }
   /// The first 20 of them, and how many more there are.
   void notes(const std::vector<std::string>& texts);
@@ -83,7 +83,7 @@ class CommandRun {
   void note_advice() { notes(line.advice()); }
   /// A line on stderr with --verbose.
   void detail(const std::string& text);
-  /// What is wrong with an input, one line each on stderr as errors are: the first 20, and how many more there are.
+  /// Problems of an input, one line each on stderr as errors are: the first 20, and how many more there are.
   void note_problems(const std::vector<std::string>& problems);
   /// The end of a command that makes `output`: a line on stderr, or with --json an object with `output`, `status` and
   /// the members of `more` on stdout.

@@ -17,7 +17,7 @@ struct PlanFile {
 };
 
 [[nodiscard]] Json plan_json(const std::vector<std::string>& command, const PlannedWork& work);
-/// The same for people, several lines without an end of line.
+/// Text for people, several lines without an end of line.
 [[nodiscard]] std::string plan_text(const PlannedWork& work);
 /// @throws IoError, also where another version of patinate made it.
 [[nodiscard]] PlanFile read_plan_file(const std::filesystem::path& file);

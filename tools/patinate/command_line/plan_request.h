@@ -27,7 +27,7 @@ struct PlannedItem {
 struct PlannedWork {
   std::filesystem::path output;
   std::string key;                        ///< Key of all that it depends on.
-  std::vector<JobDependency> depends_on;  ///< What the key is made of, as far as it is told.
+  std::vector<JobDependency> depends_on;  ///< Inputs of the key, as far as they are known.
   std::vector<PlannedItem> items;
   bool has_join = false;     ///< The output is made of the items by `join`; else each makes files of the output.
   double join_weight = 0.0;  ///< Against the items'.
@@ -43,7 +43,7 @@ struct PlanIdentity {
   std::vector<JobDependency> depends_on;
 };
 
-/// What is asked of a command, and what it answers.
+/// Request to a command, and its answer.
 struct PlanRequest {
   enum class Wanted {
     Description,  ///< Nothing is made.

@@ -25,7 +25,7 @@ struct Verb {
   const char* kinds[10] = {nullptr};
 };
 
-/// What words name, and by how many of them.
+/// Verb that words name, and the number of these words.
 struct FoundVerb {
   const Verb* verb = nullptr;
   std::size_t num_words = 0;
@@ -45,7 +45,7 @@ struct FoundVerb {
 [[nodiscard]] std::vector<std::string> by_present_name(const std::vector<std::string>& words);
 /// @param words  A command line for which find_verb() finds nothing; not empty. @throws UsageError
 [[noreturn]] void fail_no_verb(std::span<const std::string> words);
-/// What a command says about itself. Where options depend on the first argument, those of all kinds.
+/// Declaration of a command. Where options depend on the first argument, those of all kinds.
 [[nodiscard]] CommandDeclaration declaration_of(const Verb& verb);
 [[nodiscard]] std::vector<CommandDeclaration> all_declarations();
 /// Reads options as the command would, beside arguments that stand for those that it cannot do without.
@@ -54,9 +54,9 @@ void check_options(const Verb& verb, const std::vector<std::string>& words);
 /// All that a command can say about its arguments before it opens an input. @param words  As check_options().
 /// @param output  What -o is given. @throws UsageError
 void check_arguments(const Verb& verb, const std::vector<std::string>& words, const std::string& output);
-/// What `patinate --help` prints.
+/// Text of `patinate --help`.
 [[nodiscard]] std::string overview();
-/// What `patinate WORD --help` prints of a word that is no command but begins some.
+/// Text of `patinate WORD --help` for a word that is no command but begins some.
 [[nodiscard]] std::string overview_of(const std::string& word);
 
 }  // namespace patinate::cli

@@ -18,7 +18,7 @@ struct ReferencePicture {
   ImageU8 mask;   ///< 0 = not known; may be empty.
 };
 
-/// Of every texel the pixel y * width + x that shows it; -1 = none.
+/// For every texel, the pixel y * width + x that shows it; -1 = none.
 using PixelOfTexel = std::vector<std::int64_t>;
 
 /// A picture of the atlas, whatever its size.
@@ -28,7 +28,7 @@ using PixelOfTexel = std::vector<std::int64_t>;
 /// @param position  H x W x 3, mm. @param normal  H x W x 3; 0 = no surface; may be empty.
 [[nodiscard]] PixelOfTexel pixels_at_positions(const TexelMap& map, const ImageF& position, const ImageF& normal,
                                                const ImageU8& mask, const RunControl& control);
-/// What a camera sees: texels that nothing hides and that are seen at less than 75 degrees.
+/// Texels that a camera sees: those that nothing hides, at less than 75 degrees.
 /// @param camera  In mm.
 [[nodiscard]] PixelOfTexel pixels_in_view(const TexelMap& map, const Camera& camera, const RunControl& control);
 

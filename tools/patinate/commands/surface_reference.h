@@ -16,7 +16,7 @@ namespace patinate::cli {
 
 enum class AgedEnd { High, Low };
 
-/// What of a picture says how aged a place is, and where.
+/// Options on which part of a picture says how aged a place is, and where.
 struct ReferenceOptions {
   std::string channel;  ///< "" = change where there is a before, else luminance.
   std::string before;   ///< An image of the same kind; "" = none, or a history's first frame.

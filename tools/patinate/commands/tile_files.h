@@ -26,7 +26,7 @@ namespace patinate::cli {
                                                         const std::vector<std::filesystem::path>& files,
                                                         const std::string& key);
 
-/// Which of several outputs are to be made, all checked before anything is written. To a plan each is an item.
+/// Outputs that are to be made, all checked before anything is written. To a plan each is an item.
 /// @param pieces  Not empty. @param key  Of the whole command. @param output  As it was given, for what is said of all.
 /// @returns indices; nothing when the command has no more to do than to return 0.
 /// @throws CannotComplete if one is there with another key, without --force.

@@ -39,7 +39,7 @@ class Plane {
   Vec2 low_, high_;
 };
 
-/// Of a face's surface, at shares of its sides.
+/// Point of a face's surface, at shares of its sides.
 Vec3 point_at(const Face& face, double a, double b) {
   const auto& c = face.corners;
   return (1 - b) * ((1 - a) * c[0] + a * c[1]) + b * ((1 - a) * c[3] + a * c[2]);

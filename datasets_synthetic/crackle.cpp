@@ -73,7 +73,7 @@ ImageF scaled_thickness(const CrackleOptions& o, const ImageF& share) {
 
 ImageF make_paint(const CrackleOptions& o, const ImageF& thickness) {
   constexpr std::array<double, 3> kPaint = {0.590, 0.655, 0.575};  // A pale gray-green.
-  constexpr std::array<double, 3> kUnder = {0.20, 0.15, 0.10};     // What shows through where it is thin.
+  constexpr std::array<double, 3> kUnder = {0.20, 0.15, 0.10};     // Color that shows through where it is thin.
   const double w = o.width, h = o.height;
   const std::uint64_t seed = static_cast<std::uint64_t>(o.seed);
   const SmoothNoise mottle(seed, kMottleNoise, w, h, 17.0, 17.0);
@@ -164,7 +164,7 @@ void set_start_times(CrackleDataset& d, const std::vector<double>& onset,
     Crack& crack = d.cracks[k];
     const double share = kFirstOnset + (kLastOnset - kFirstOnset) * std::pow(onset[k], 1.6);
     crack.start_s = share * duration;
-    // What it ends on must be there first.
+    // Cracks that it ends on must be there first.
     for (const int parent : ends_on[k]) {
       if (parent >= 0) crack.start_s = std::max(crack.start_s, d.cracks[parent].start_s);
     }

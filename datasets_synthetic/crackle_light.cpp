@@ -1,4 +1,4 @@
-// What light makes of the crackled plate: photographs of crackle().
+// Photographs of crackle(): the plate under light.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace patinate::datasets {
 namespace {
 
 constexpr std::array<double, 3> kSubstrate = {0.030, 0.018, 0.011};  // A dark brown card behind the glass.
-constexpr std::array<double, 3> kDirt = {0.62, 0.56, 0.47};          // What dirt along an edge leaves of the color.
+constexpr std::array<double, 3> kDirt = {0.62, 0.56, 0.47};          // Color that dirt along an edge leaves.
 constexpr std::array<double, 3> kAged = {0.30, 0.42, 1.0};           // Yellowing per channel, times the option.
 constexpr std::uint32_t kCameraNoise = 100;
 constexpr std::int64_t kChunk = 16384;

@@ -35,7 +35,7 @@ double half_code_above(double value) {
   return static_cast<double>(linear_from_srgb(code + 0.5f / 255.0f));
 }
 
-/// What a patch goes from, and to.
+/// Colors that a patch goes from, and to.
 std::array<Vec3, 2> ends_of(int patch) {
   switch (patch) {
     case patch_of("constant"):

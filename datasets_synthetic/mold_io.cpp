@@ -62,7 +62,7 @@ void run_step(SharedMold& shared, int step, const fs::path& folder, const RunCon
   if (o.ambient > 0.0) save_photo(folder / dark_file(o, step), o, photos.dark, step * num_pictures + o.num_lights);
 }
 
-/// What truth has of every step.
+/// Maps that the truth has of every step.
 std::vector<std::string> truth_maps(const MoldOptions& o) {
   std::vector<std::string> maps{"albedo", "specular"};
   if (o.metal) maps.insert(maps.end(), {"reflectance", "metalness"});
@@ -158,7 +158,7 @@ void run_truth(SharedMold& shared, const fs::path& folder, const RunControl& con
   write_codes(folder / "truth/lacquered.png", lacquered);
 }
 
-/// What brings a step's scanner frame into the first one's.
+/// Transform from a step's scanner frame into the first one's.
 RigidTransform reference_from_scan(const MoldRig& rig, int step) {
   return rig.scanner_from_object.front() * rig.scanner_from_object[step].inverse();
 }

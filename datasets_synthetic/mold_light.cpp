@@ -22,7 +22,7 @@ constexpr std::int64_t kLitRows = 4;
 
 bool is_exact(const MoldOptions& o) { return !(o.noise > 0.0) && !(o.scan_noise_mm > 0.0); }
 
-/// What one ray of the camera meets.
+/// Point that one ray of the camera meets.
 struct Seen {
   Vec3 position = Vec3::Zero();
   Vec3 normal = Vec3::UnitZ();

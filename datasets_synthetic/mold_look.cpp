@@ -1,4 +1,4 @@
-// What the mold looks like, and how its patina grows, at any place and time.
+// Appearance of the mold, and the growth of its patina, at any place and time.
 #include <algorithm>
 #include <array>
 #include <cmath>

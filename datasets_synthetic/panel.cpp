@@ -29,7 +29,7 @@ void check_color(const std::string& option, const std::array<double, 3>& lab) {
   }
 }
 
-/// Of straight lines between the values, which are 0 at both ends.
+/// Mean of straight lines between the values, which are 0 at both ends.
 double mean_of(const std::vector<double>& profile) {
   return std::accumulate(profile.begin(), profile.end(), 0.0) / static_cast<double>(profile.size() - 1);
 }

@@ -108,7 +108,7 @@ void add_spots(std::vector<SpotOutline>& spots, const PanelOptions& o, const std
   }
 }
 
-/// As dense beside the test area as in it, but for spots in a few places, which lie in it.
+/// Spreads spots as densely beside the test area as in it, but for spots in a few places, which lie in it.
 std::vector<SpotOutline> spread_spots(const PanelOptions& o, const std::optional<PanelScribe>& scribe,
                                       double in_test_mm2, double beside_mm2) {
   const int count = spot_count(spot_sizes(o), o.rust, in_test_mm2);

@@ -12,15 +12,15 @@ namespace {
 
 constexpr std::uint32_t kPlateStream = 1300;  // Purposes of random streams.
 constexpr std::int64_t kPlateRows = 8;
-constexpr double kExposure = 0.5;       ///< What a white matt surface shows in the middle of the plate.
-constexpr double kMetalExposure = 0.1;  ///< The same beside bare metal, which is far brighter where it mirrors.
+constexpr double kExposure = 0.5;       ///< Light that a white matte surface shows in the middle of the plate.
+constexpr double kMetalExposure = 0.1;  ///< Light beside bare metal, which is far brighter where it mirrors.
 
 PlateOptions checked_plate(const PlateOptions& o) {
   check_ranges(o);
   return o;
 }
 
-/// What a lobe shows of light of irradiance pi that faces the surface.
+/// Light that a lobe shows under irradiance pi that faces the surface.
 Vec3 shine(const Vec3& f0, double roughness, const Vec3& to_lamp, const Vec3& to_camera) {
   const Vec3 normal = Vec3::UnitZ();
   const double shape = Lobe(normal, to_camera, roughness).value(to_lamp).shape;

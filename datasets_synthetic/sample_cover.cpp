@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::uint64_t kFirstColumn = 0x0101010101010101ULL, kFirstRow = 0xffULL;
 
-/// Of each pixel along a side: bits of the samples at least `edge_px` from both of its ends.
+/// For each pixel along a side: bits of the samples at least `edge_px` from both of its ends.
 std::vector<std::uint64_t> samples_between(int length, double edge_px, std::uint64_t first, int shift) {
   std::vector<std::uint64_t> out(static_cast<std::size_t>(length), 0);
   for (int p = 0; p < length; ++p) {

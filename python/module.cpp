@@ -66,7 +66,7 @@ PYBIND11_MODULE(_native, module) {
   bind_library(module);
   bind_study(module);
   module.def("_stubs", [] { return stubs(); });
-  // What is left of a call that Ctrl-C ended: its files are closed before the program ends.
+  // After a call that Ctrl-C ended, its files are closed before the program ends.
   pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(&finish_left_work));
 }
 

@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::int64_t kStageVersion = 8;  ///< Raised when the same input gives other figures.
 
-/// What items share: the pair, loaded when the first of them needs it.
+/// Pair that items share, loaded when the first of them needs it.
 struct Work {
   CompareTask task;
   std::mutex mutex;
@@ -40,7 +40,7 @@ struct Work {
 
 fs::path section_file(const std::string& name) { return fs::path(kJobWorkFolder) / (name + ".json"); }
 
-/// What an item leaves: the section, with its pictures as PNGs inside.
+/// Output of an item: the section, with its pictures as PNGs inside.
 JobItem section_item(const std::shared_ptr<Work>& work, const NamedSection& section) {
   return {.name = section.name,
           .outputs = part_files(section_file(section.name)),

@@ -88,7 +88,7 @@ void add_provenance(HtmlPage& page, const SeriesFile& a, const SeriesFile& b) {
   page.table({"", "A", "B"}, rows);
 }
 
-/// What either side's maker warned of: a difference may be that and no aging.
+/// Adds the warnings of either side's maker: a difference may be that and no aging.
 void add_warnings(HtmlPage& page, const SeriesFile& a, const SeriesFile& b) {
   std::vector<std::vector<std::string>> rows;
   for (const auto& [name, side] : {std::pair("A", &a), std::pair("B", &b)}) {

@@ -111,7 +111,7 @@ void add_side(const Cracks& c, const BlockGrid& grid, const std::string& side, c
   with_range([&](const std::vector<int>& w) { return share_of(c, w); });
   const std::optional<double> width = c.network.width_px();
   add("crack_width", "Mean width of cracks", unit, width ? std::optional(*width * c.pixel) : std::nullopt, none);
-  // Of medians of few cells intervals by blocks are too narrow: counted in docs/studies/how_sure.md.
+  // Intervals by blocks are too narrow for medians of few cells: counted in docs/studies/how_sure.md.
   std::optional<double> cell_area;
   if (!c.cells.empty()) cell_area = std::exp2(static_cast<double>(c.cells[c.cells.size() / 2].value));
   add("cell_area", "Median cell", unit + "^2", cell_area, "no cell is closed");
@@ -120,7 +120,7 @@ void add_side(const Cracks& c, const BlockGrid& grid, const std::string& side, c
   with_range([&](const std::vector<int>& w) { return mean_angle(c, w); });
 }
 
-/// The same figures where a control is below and above its median: does the pattern follow it?
+/// Adds the figures where a control is below and above its median: does the pattern follow it?
 void add_halves(const TextureSeries& series, const ColorStack& stack, const Cracks& c, const std::string& side,
                 const std::string& unit, Section& section) {
   for (const ControlFacts& control : series.facts().controls) {

@@ -39,7 +39,7 @@ std::vector<Quantity> quantities(bool has_height) {
   return all;
 }
 
-/// What was taken off the heights of a side.
+/// Text about what was removed from the heights of a side.
 std::string base_text(const std::string& name, const TakenBase& base) {
   std::string text = name + ": the mean of its first time, " + short_number_text(base.mean_mm) + " mm";
   if (base.kind == HeightBase::Plane)

@@ -38,7 +38,7 @@ double rms(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-/// Of every place and time in one number each.
+/// Figures over every place and time, in one number each.
 std::vector<Figure> figures_of(const std::vector<PixelDifference>& differences) {
   return {{.name = "ciede2000_mean",
            .title = "CIEDE2000, mean over places and times",

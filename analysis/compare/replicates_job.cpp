@@ -126,7 +126,7 @@ Replicates opened(ReplicatesTask task) {
   return all;
 }
 
-/// Of two replicates, in an order that only their content decides: a distance has no direction.
+/// Order of two replicates that only their content decides: a distance has no direction.
 std::pair<std::size_t, std::size_t> ordered(const Replicates& all, std::size_t i, std::size_t j) {
   return all.keys[i] < all.keys[j] ? std::pair(i, j) : std::pair(j, i);
 }

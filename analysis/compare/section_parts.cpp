@@ -1,4 +1,4 @@
-// What sections share, and the section that only shows.
+// Parts that sections share, and the section that only shows.
 #include <algorithm>
 #include <cmath>
 

@@ -69,7 +69,7 @@ ImageU8 thinned(const ImageU8& cracks) {
       is_changed = is_changed || !removed.empty();
     }
   }
-  // What is left of slanted lines are stairs, two pixels a step: their corners go.
+  // Slanted lines leave stairs, two pixels a step: their corners are removed.
   for (int y = 0; y < lines.height(); ++y) {
     for (int x = 0; x < lines.width(); ++x) {
       if (lines.at(x, y) == 0) continue;

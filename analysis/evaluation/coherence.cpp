@@ -60,7 +60,7 @@ double color_difference(const ImageF& frame, std::int32_t a, std::int32_t b) {
   return std::sqrt(sum);
 }
 
-/// Which of PairsByDistance; nothing for pairs farther apart than all of them.
+/// Bin of PairsByDistance; nothing for pairs farther apart than all of them.
 std::optional<std::size_t> distance_bin(const TexelPair& pair, double texel_mm) {
   const double bin = std::floor(pair.offset_mm.norm() / (texel_mm / 2) + 0.5);
   return bin < static_cast<double>(PairsByDistance{}.size()) ? std::optional(static_cast<std::size_t>(bin))

@@ -50,7 +50,7 @@ struct EvaluatedLines {
   std::vector<Figure> figures = {};
 };
 
-/// What an item finds of its map.
+/// Figures that an item finds of its map.
 struct EvaluatedMap {
   std::string name, about, hash;  ///< Name and description of the item, and hash of the Evaluation.
   std::vector<Figure> figures;

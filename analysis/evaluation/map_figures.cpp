@@ -75,7 +75,7 @@ class SourceFeatures {
     }
     return sum;
   }
-  /// What the source has at a step `d` from a and to b; nothing where it has neither.
+  /// Difference that the source has at a step `d` from a and to b; nothing where it has neither.
   [[nodiscard]] std::optional<double> own_difference(PixelStep a, PixelStep b, PixelStep d) const {
     const PixelStep after{a.x + d.x, a.y + d.y}, before{b.x - d.x, b.y - d.y};
     const bool has_after = contains(after), has_before = contains(before);

@@ -227,7 +227,7 @@ struct SourceStructure::Found {
   std::array<float, 3> ends = {};  ///< Ends of the control's quarters.
   ImageF lightness;                ///< Lightness of the source's own pixels.
   Ground ground;                   ///< The source at the texels' size.
-  ImageF control;                  ///< The same.
+  ImageF control;                  ///< Control of the source's own pixels.
   std::vector<SourceLines> kinds;
 
   Found(const SynthesisSource& from, double pixels) : source(from), pixels_per_texel(pixels), scale(pixels) {}

@@ -23,7 +23,7 @@ constexpr int kNumCandidates = 64;     // Windows of the source that are looked 
 constexpr int kControlStep = 8;        // Their control is looked at in every eighth row and column.
 constexpr double kLargestTexel = 4.0;  // Of the median area: larger texels are drawn no more often than that.
 
-/// What one window is drawn by.
+/// Place and turn by which one window is drawn.
 struct DrawnWindow {
   TexelId middle = -1;
   double turn = 0.0;

@@ -59,7 +59,7 @@ auto chart_of(const TexelMap& surface, const TexelRect& rect) {
   };
 }
 
-/// Which of `n` places is drawn: with replacement, so that both sides have equally many.
+/// Place that is drawn from `n`: with replacement, so that both sides have equally many.
 std::int64_t drawn_place(std::int64_t n, int number, const TextureDistanceOptions& options, std::uint32_t side) {
   const double u =
       RandomStream(options.seed, static_cast<std::uint64_t>(number), kSamplePurpose + (side << 8)).uniform();
@@ -78,7 +78,7 @@ std::vector<std::pair<std::int64_t, std::int64_t>> draws_among(std::int64_t firs
   return draws;
 }
 
-/// Of the source itself. @param append  Called with a place and what to append to.
+/// Draws from the source itself. @param append  Called with a place and what to append to.
 template <class Place, class Append>
 std::optional<Vectors> draw_source(const std::vector<Place>& places, std::size_t size,
                                    const TextureDistanceOptions& options, std::uint32_t side, const Append& append) {

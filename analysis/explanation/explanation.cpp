@@ -64,7 +64,7 @@ bool is_even(const std::vector<double>& values) {
   return *greatest - *least <= kEven;
 }
 
-/// What all figures stand on.
+/// Data that all figures stand on.
 struct Work {
   const ExplanationInput& input;
   const ExplanationOptions& options;
@@ -110,7 +110,7 @@ std::vector<ExplanationFigures> correlated(const Work& work, const std::vector<s
   return figures;
 }
 
-/// What shuffled references give.
+/// Figures of shuffled references.
 struct Chance {
   std::vector<std::vector<double>> correlations;  ///< Correlations of each list, one a shuffle.
   std::vector<double> explained;                  ///< MixProblem::Found::explained, one a shuffle.
@@ -136,8 +136,9 @@ Chance chance_of(const Work& work, const std::vector<std::vector<double>>& lists
   return chance;
 }
 
-/// What blocks have broken: where a reference hangs together more widely than a block, shuffled ones agree with a
-/// smooth candidate too rarely. @param shuffled  Correlations. @returns >= 1: how much wider they should spread.
+/// Correction for what blocks have broken: where a reference hangs together more widely than a block, shuffled ones
+/// agree with a smooth candidate too rarely. @param shuffled  Correlations. @returns >= 1: how much wider they should
+/// spread.
 double missing_spread(std::span<const double> shuffled, double chance_variance) {
   double squares = 0.0;
   for (const double rho : shuffled) squares += rho * rho;

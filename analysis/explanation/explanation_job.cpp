@@ -80,7 +80,7 @@ void check_task(const ExplanationTask& task) {
                        ": there is nothing to explain");
 }
 
-/// What transfer makes of the mix, checked by transfer's own parser. @throws InvalidInput if that differs.
+/// Checks the mix with transfer's own parser. @throws InvalidInput if that reads it differently.
 void check_expression(const Explanation& found, const std::vector<MadeControl>& controls, const TexelMap& map,
                       const SurfacePlaces& places, const ExplanationInput& input) {
   if (found.mix.members.empty()) return;

@@ -78,7 +78,7 @@ Json mix_json(const ExplanationReport& report) {
   return json;
 }
 
-/// What a reader should know before believing it.
+/// Notes that a reader should know before believing it.
 std::vector<std::string> notes_of(const ExplanationReport& report) {
   std::vector<std::string> notes = report.task.reference.notes;
   const Explanation& found = report.found;

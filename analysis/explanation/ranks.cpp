@@ -44,7 +44,7 @@ double weighted_correlation(std::span<const double> a, std::span<const double> b
     const double w = weight(i), x = a[i] - sum_a / n, y = b[i] - sum_b / n;
     aa += w * x * x, bb += w * y * y, ab += w * x * y;
   }
-  // What rounding leaves of a constant side is none.
+  // Rounding leaves a little of a constant side, which counts as none.
   const bool is_constant = aa <= 1e-18 * sum_a * sum_a / n || bb <= 1e-18 * sum_b * sum_b / n;
   return is_constant ? 0.0 : std::clamp(ab / std::sqrt(aa * bb), -1.0, 1.0);
 }

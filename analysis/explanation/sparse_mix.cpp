@@ -19,7 +19,7 @@ constexpr double kMinOwn = 1e-6;  ///< Share of a candidate's variance, what oth
 
 }  // namespace
 
-/// What least squares needs of some samples.
+/// Sums of some samples that least squares needs.
 struct MixProblem::Sums {
   double count = 0.0, y = 0.0, yy = 0.0;
   std::vector<double> v, vy, vv;

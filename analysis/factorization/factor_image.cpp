@@ -11,7 +11,7 @@ constexpr std::size_t kOfModel = 5;  ///< Channels of one model.
 constexpr std::size_t kMaxCoefficients = 1000;
 constexpr double kLargestHalf = 65504.0;
 
-/// Which model a color channel belongs to, and which of its channels it is.
+/// Model that a color channel belongs to, and the number of the channel in it.
 struct ModelChannel {
   std::size_t model = 0;
   int channel = 0;

@@ -28,7 +28,7 @@ std::vector<fs::path> taken_over(const HistoryManifest& m) {
   return files;
 }
 
-/// What a model's factors are as an image of its channels.
+/// Image of a model's factors, by channel.
 ImageF map_of(const ImageF& factors, std::size_t num_models, double (*value)(const PlaceFactors&)) {
   ImageF out(factors.width(), factors.height(), static_cast<int>(num_models));
   for (std::int64_t i = 0; i < out.num_pixels(); ++i) {

@@ -42,7 +42,7 @@ constexpr double kMaxSide = 65536;
 // at a fixed number of places.
 constexpr double kCurveWeight = 1.5e6, kMapsWeight = 0.1, kFrameWeight = 0.1, kJoinWeight = 0.5;
 
-/// What curve and maps depend on: not the times that are asked for.
+/// Inputs of curve and maps: not the times that are asked for.
 JobInputs model_inputs(const FactorizationTask& task) {
   JobInputs inputs("factorize", kStageVersion);
   inputs.add_content("history", "the history", open_series(task.history).key());

@@ -1,4 +1,4 @@
-// What a factorization says of itself: manifest, page, CSVs, and the manifest of the denoised history.
+// Report of a factorization: manifest, page, CSVs, and the manifest of the denoised history.
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -31,7 +31,7 @@ constexpr std::array<const char*, 3> kColorNames{"red", "green", "blue"};
 /// Everything the report is made of.
 struct Said {
   const FactorizationWork& work;
-  /// Of values: channels that differ.
+  /// Number of values: channels that differ.
   [[nodiscard]] double num_channels() const { return work.is_color() ? 3.0 : 1.0; }
   [[nodiscard]] std::string unit() const { return work.task.of == FactorQuantity::Height ? "mm" : ""; }
   const FactorizationWork::Factored& f;
@@ -70,7 +70,7 @@ Said gather(FactorizationWork& work, const fs::path& folder) {
   return s;
 }
 
-/// Of those frames that were compared, weighted by their pixels.
+/// Mean over those frames that were compared, weighted by their pixels.
 std::optional<double> over_frames(const Said& s, double FrameError::*figure, bool is_squared) {
   double sum = 0.0, pixels = 0.0;
   for (const FrameRecord& f : s.frames) {
@@ -289,7 +289,7 @@ Section maps_section(const Said& s) {
 
 HistoryManifest denoised_history(const Said& s) {
   HistoryManifest m = s.work.history.manifest();
-  m.parts.clear();  // What curve and maps make is not what a library was made from.
+  m.parts.clear();  // Curve and maps do not make what a library was made from.
   m.name += " (factorized)";
   m.frames.clear();
   for (std::size_t i = 0; i < s.work.frames.size(); ++i) {

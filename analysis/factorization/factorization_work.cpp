@@ -107,7 +107,7 @@ const FactorizationWork::Factored& FactorizationWork::factored(const fs::path& f
 
 namespace {
 
-/// Of pixels on a lattice: those that the curve is sought in.
+/// Series of pixels on a lattice: those that the curve is sought in.
 PlaceSeries lattice_series(FactorizationWork& work, const RunControl& control) {
   std::vector<std::uint32_t> pixels;
   const int step_x = std::max(1, work.width() / kLattice), step_y = std::max(1, work.height() / kLattice);
@@ -217,7 +217,7 @@ std::vector<fs::path> files_beside(const FactorizationWork& work, int index) {
 void make_frame(FactorizationWork& work, int index, const fs::path& folder, const RunControl& control) {
   const FactorizationWork::Factored& f = work.factored(folder);
   const FactoredFrame& asked = work.frames[index];
-  // What a curve without skill says of the future is worse than what was seen last.
+  // A curve without skill predicts the future worse than what was seen last.
   const double last = work.history.manifest().frames.back().time;
   const std::optional<Forecast> forecast = asked.time > last ? read_forecast(work, folder) : std::nullopt;
   const bool is_held = forecast && !forecast->has_skill();

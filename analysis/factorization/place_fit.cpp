@@ -116,7 +116,7 @@ bool PlaceFit::has_changed(const float* values, const std::uint8_t* seen) const 
   if (num_stretches < 2) return false;
   for (std::size_t c = 0; c < templates_.size(); ++c) {
     const std::vector<float> clean = cleaned_series(values + c * times_.size(), seen, times_.size());
-    const float* const raw = values + c * times_.size();  // What is cleaned has less noise.
+    const float* const raw = values + c * times_.size();  // The cleaned series has less noise.
     std::vector<double> steps;
     for (std::size_t i = 1; i < known.size(); ++i)
       steps.push_back(std::abs(static_cast<double>(raw[known[i]]) - static_cast<double>(raw[known[i - 1]])));
@@ -234,7 +234,7 @@ PlaceFit::State PlaceFit::refined(const Clock& start, double to_beat, const floa
         }
       }
     }
-    // As far as the data say; what they leave open the prior closes.
+    // The data determine it as far as they can; the prior does the rest.
     const Matrix inverse =
         (normal + Matrix::Identity(size, size) * 1e-12 * normal.trace()).ldlt().solve(Matrix::Identity(size, size));
     state.log_rate_variance = std::max(0.0, inverse(0, 0));

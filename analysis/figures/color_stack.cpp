@@ -42,7 +42,7 @@ ImageF reduced(ImageF image, const ImageU8& mask, const ImageF& coverage) {
   return out;
 }
 
-/// What all frames around the times show.
+/// Mask of what all frames around the times show.
 ImageU8 common_mask(const TextureSeries& series, const std::vector<double>& times) {
   ImageU8 mask = series.mask(times.front());
   const std::vector<FrameFacts>& frames = series.facts().frames;

@@ -18,7 +18,7 @@ struct RingPlace {
 std::optional<RingPlace> place_of(const Spectrum& spectrum, double frequency) {
   if (spectrum.power.empty()) return std::nullopt;
   double at = 2.0 * std::log2(frequency / spectrum.frequencies.front());
-  if (std::abs(at - std::round(at)) < 1e-9) at = std::round(at);  // The same ring: nothing to blend.
+  if (std::abs(at - std::round(at)) < 1e-9) at = std::round(at);  // Same ring: nothing to blend.
   if (at < 0.0 || at > static_cast<double>(spectrum.power.size() - 1)) return std::nullopt;
   const auto ring = static_cast<std::size_t>(at);
   return RingPlace{.ring = ring, .share = at - static_cast<double>(ring)};

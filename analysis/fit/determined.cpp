@@ -161,7 +161,7 @@ std::vector<double> scan_places(double best, int count) {
   double share = 1.0;
   const bool is_wider_above = best < 0.5;
   for (int k = 0; k < (count + 1) / 2; ++k) {
-    const bool is_alone = 2 * k + 1 == count;  // Of an odd number the last one lies on the wider side.
+    const bool is_alone = 2 * k + 1 == count;  // The last one of an odd number lies on the wider side.
     if (best > kNoWay && !(is_alone && is_wider_above)) places.push_back(std::max(0.0, best - share * best));
     if (best < 1.0 - kNoWay && !(is_alone && !is_wider_above))
       places.push_back(std::min(1.0, best + share * (1.0 - best)));

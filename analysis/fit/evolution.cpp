@@ -23,7 +23,7 @@ double reflected(double x) {
   return t > 1.0 ? 2.0 - t : t;
 }
 
-/// Of the better half, largest first; they sum to 1.
+/// Weights of the better half, largest first; they sum to 1.
 std::vector<double> rank_weights(int population) {
   std::vector<double> weights;
   for (int i = 1; i <= population / 2; ++i) weights.push_back(std::log((population + 1) / 2.0) - std::log(i));

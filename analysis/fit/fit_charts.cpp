@@ -37,7 +37,8 @@ std::optional<std::pair<double, double>> rises_that_matter(const FitOutcome& o, 
   return std::pair{std::max(0.0, low - kBelow * o.threshold), top};
 }
 
-/// Of every curve what the axis shows, and to each side of `best` one point more: it leaves the picture there.
+/// Keeps the part of every curve that the axis shows, and to each side of `best` one point more: it leaves the picture
+/// there.
 void keep_shown(Chart& chart, double best) {
   const double top = chart.y_range->second;
   for (ChartSeries& s : chart.series) {

@@ -125,7 +125,7 @@ struct FitObjective::State {
   std::vector<std::vector<float>> controls;  ///< At the stack's texels, in the order of their facts.
   int other_size = 0;                        ///< Longer side at which the simulated surfaces are compared.
 
-  /// What figures need of the captured side beside its colors.
+  /// Prepares what figures need of the captured side beside its colors.
   void prepare(const RunControl& control);
   [[nodiscard]] ColorStack simulated_stack(const AgedSurface& frames, const RunControl& control) const;
   [[nodiscard]] double span() const { return times.clock.back() - times.clock.front(); }
@@ -327,7 +327,7 @@ std::optional<double> FitObjective::State::place_by_place(const ColorStack& othe
 std::optional<double> FitObjective::State::figure(FitFigure which, const AgedSurface& frames, const ColorStack& other,
                                                   const std::optional<TexelAging>& other_aging,
                                                   const RunControl& control, std::string& problem) const {
-  constexpr double kAll = 100.0;  // As far as can be: a side does not age visibly.
+  constexpr double kAll = 100.0;  // Largest value: a side does not age visibly.
   const auto distance_of = [&](std::vector<float> TexelAging::*member) -> double {
     const std::optional<double> d = quantile_distance(times_of(*aging, (*aging).*member), kOneBlock,
                                                       times_of(*other_aging, (*other_aging).*member), kOneBlock, 1);

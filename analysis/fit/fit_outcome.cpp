@@ -17,11 +17,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Of what the data cannot tell: a best that is higher by no more moves the sides of intervals, where the objective has
-/// risen by all of it, by an eighth of their distance (of a parabola: sqrt(1.25)).
+/// Share of the rise that the data cannot tell: a best that is higher by no more moves the sides of intervals, where
+/// the objective has risen by all of it, by an eighth of their distance (of a parabola: sqrt(1.25)).
 constexpr double kLittle = 0.25;
 
-/// What a comparison says of the history with some values.
+/// Result of a comparison with the history for some values.
 struct Compared {
   std::vector<Section> sections;
   MisfitMaps misfit;
@@ -118,7 +118,7 @@ std::optional<double> mean_of_defined(const std::vector<std::optional<double>>& 
   return sum / static_cast<double>(values.size());
 }
 
-/// Of all captures together. @param before, after  One a capture.
+/// Held-out objectives of all captures together. @param before, after  One a capture.
 HeldOut held_out_of(FitWork& work, const FitOutcome& outcome, const std::vector<Compared>& before,
                     const std::vector<Compared>& after, const RunControl& control) {
   HeldOut out;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kDigits = 6;  ///< See docs/algorithms/fit.md, Parameters.
 
-/// What is wrong with a range, "" if nothing.
+/// Problem of a range, "" if there is none.
 std::string problem_of(const FitRange& range) {
   const std::string ends = number_text(range.low) + " to " + number_text(range.high);
   if (!(range.low < range.high)) return "the range " + ends + " is upside down or empty; the lower end comes first";

@@ -73,7 +73,7 @@ std::vector<HtmlPicture> pictures_of(const Ranked& all, std::size_t k, std::size
   return pictures;
 }
 
-/// Of each case.
+/// Adds pictures of each case.
 void add_pictures(HtmlPage& page, const Ranked& all) {
   const Ranking& r = all.ranking;
   bool is_first = true;
@@ -103,7 +103,7 @@ std::string as_sentence(std::string text, const Ranking& ranking) {
   return text + ".";
 }
 
-/// What each model varies, and where its fits found it: a row a number, model and case.
+/// Adds the parameters that each model varies, and where its fits found them: a row a number, model and case.
 void add_numbers(HtmlPage& page, const Ranked& all) {
   const Ranking& r = all.ranking;
   std::vector<std::string> names;

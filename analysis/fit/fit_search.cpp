@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint32_t kLookPurpose = 1u << 20;          ///< Plus the evaluation's number.
 constexpr std::uint64_t kDeviationsOfCapture = 1u << 24;  ///< Draws of one capture's deviations, apart from another's.
 
-/// Of objectives, figure by figure; undefined where one of them is.
+/// Mean of objectives, figure by figure; undefined where one of them is.
 ObjectiveValue mean_objective(std::span<const ObjectiveValue> values) {
   ObjectiveValue mean = values.front();
   const auto add = [](std::optional<double>& sum, const std::optional<double>& x) {
@@ -47,7 +47,7 @@ FitPoint point_of(const FitModel& model, const std::vector<double>& values, std:
   return point;
 }
 
-/// What has aged: of every capture and several seeds.
+/// Aged models: of every capture and several seeds.
 class AgedModel {
  public:
   AgedModel(const FitModel& model, const std::vector<double>& values, std::uint64_t seed_shift,

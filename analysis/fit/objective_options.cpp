@@ -1,4 +1,4 @@
-// What a fit is asked to bring near zero, and when.
+// Objective of a fit, and the times at which it counts.
 #include <algorithm>
 #include <array>
 

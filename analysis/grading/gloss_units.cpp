@@ -26,7 +26,7 @@ constexpr int kStepsPerLobe = 6;       // Along the width of a lobe that is narr
 constexpr double kGlassIndex = 1.567;  ///< Black glass [ISO 2813].
 constexpr double kHighestF0 = 0.999;   // An index of 4,000; 1 has none.
 
-/// Of unpolarized light, by Fresnel's equations.
+/// Reflectance of unpolarized light, by Fresnel's equations.
 double reflectance(double index, double cosine) {
   const double sine2 = (1.0 - cosine * cosine) / (index * index), inner = std::sqrt(1.0 - sine2);
   const double s = (cosine - index * inner) / (cosine + index * inner),

@@ -73,7 +73,7 @@ GradeLimit parse_limit(const std::string& line, const std::vector<std::string>& 
   return limit;
 }
 
-/// What a region has at a time in the limit's terms: a grade as a number, a figure, or percent of the first.
+/// Value of a region at a time in the limit's terms: a grade as a number, a figure, or percent of the first.
 std::optional<GradedFigure> value_at(const GradeLimit& limit, const GradedRegion& region, const GradedSurface& surface,
                                      const GradeRules& rules) {
   const auto scale =

@@ -20,7 +20,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::size_t kShownTimes = 4;
-constexpr float kPlainLightness = 50.0f;  // What no crack changes.
+constexpr float kPlainLightness = 50.0f;  // Lightness that no crack changes.
 
 constexpr double kMinSlenderness = 4.0;  // Of a crack: length over mean width.
 
@@ -31,7 +31,7 @@ bool is_empty(const ImageU8& mask) {
   return std::none_of(mask.values().begin(), mask.values().end(), [](std::uint8_t v) { return v != 0; });
 }
 
-/// What lies at least `edge_px` from the outside of the mask and of the picture.
+/// Pixels at least `edge_px` from the outside of the mask and of the picture.
 ImageU8 without_edge(const ImageU8& mask, double edge_px) {
   cv::Mat inside = cv::Mat::zeros(mask.height() + 2, mask.width() + 2, CV_8U), distance;
   for (int y = 0; y < mask.height(); ++y) {

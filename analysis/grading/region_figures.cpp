@@ -39,7 +39,7 @@ void set_exact(RegionFigures& figures, std::string_view name, double value) {
   slot(figures, name) = GradedFigure{value, value, value};
 }
 
-/// Of a spot: how much of it lies in the region.
+/// Part of a spot that lies in the region.
 struct InRegion {
   double area_px = 0.0;
   double x = 0.0, y = 0.0;

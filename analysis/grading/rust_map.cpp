@@ -42,7 +42,7 @@ double distance(const std::array<double, 3>& a, const std::array<double, 3>& b) 
   return std::sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
 }
 
-/// What has the color of rust, whatever it was before.
+/// Pixels that have the color of rust, whatever they were before.
 ImageU8 colored(const ImageF& color, const ImageU8& mask, const RustRule& rule) {
   ImageU8 out(color.width(), color.height());
   for (std::int64_t i = 0; i < mask.num_pixels(); ++i) {
@@ -61,7 +61,7 @@ std::uint8_t opacity_code(double opacity) {
 
 namespace {
 
-/// What stands for the unexposed surface: the frame, and where it has the color of rust, or is not there, what is
+/// Substitute of the unexposed surface: the frame, and where it has the color of rust, or is not there, what is
 /// common around it.
 ImageF unexposed_surface(const GradedFrames& frames, const RustRule& rule) {
   const ImageF given = frames.color(frames.unexposed.value_or(0));

@@ -33,7 +33,7 @@ std::string svg_of(const Curve& curve) {
   return svg_chart(chart);
 }
 
-/// What a reader should look at first: value next to what equal would look like.
+/// Row that a reader should look at first: value next to what equal would look like.
 std::vector<std::string> figure_row(const Figure& f, bool has_baseline) {
   const std::string interval = f.low && f.high ? number(f.low) + " to " + number(f.high) : "";
   const std::string value = f.after && f.before ? "between " + number(f.after) + " and " + number(f.before)

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What to give in place of a map of a simulation; "" when it is no map of a scene with several objects.
+/// Map to give in place of a map of a simulation; "" when it is no map of a scene with several objects.
 std::string instead_of(const fs::path& file, const fs::path& simulation) {
   const Json json = load_json(simulation / "simulation.json");
   if (!json.contains("objects") || json["objects"].size() < 2) return "";

@@ -46,7 +46,7 @@ std::optional<device::Device> open_checked(const device::DeviceOptions& options,
   return std::nullopt;
 }
 
-/// What the device did between two times.
+/// Text about the device's work between two times.
 std::string text_of(const device::DeviceTimes& before, const device::DeviceTimes& after) {
   const std::uint64_t megabytes = (after.copied_bytes - before.copied_bytes) >> 20;
   return "device: " + short_number_text(rounded(after.kernels_s - before.kernels_s, 3)) + " s in kernels, " +
@@ -93,7 +93,7 @@ std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(const
 
 namespace {
 
-/// What `open` gives, which is called once.
+/// Result of `open`, which is called once.
 template <class Kind, class Open>
 std::function<std::shared_ptr<const Kind>()> once(const Open& open) {
   struct Opened {

@@ -135,7 +135,7 @@ ImageF read_coordinates(const fs::path& file, const ImageF& size) {
   return out;
 }
 
-/// What an audit looks at beside the map itself.
+/// Facts that an audit needs beside the map itself.
 struct AuditedMaking {
   const History& history;  ///< Its pixels, as the maker compared them.
   double pixel_mm = 1.0;
@@ -207,7 +207,7 @@ analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMe
   const ImageU8 mask = transfer::usable_mask(*aged.history, {});
   const transfer::MatchedControls matched =
       transfer::match_controls(*aged.history, mask, aged.controls, aged.coverage, control.part(0.0, 0.1));
-  // As a folder keeps them, so that figures do not depend on whether there was one.
+  // Stored form, so that figures do not depend on whether there was a folder.
   const transfer::LaidFlow flow = transfer::as_stored(aged.frames, aged.turns, *aged.surface.map);
   analysis::MapToEvaluate out;
   out.source =

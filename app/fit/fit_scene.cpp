@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What decides about the result beside the physics, or is no number that a simulation follows.
+/// Members that decide about the result beside the physics, or are no number that a simulation follows.
 const std::vector<std::string> kFixed{"/version", "/seed", "/atlas/resolution"};
 
 bool is_path(const Json& json) {

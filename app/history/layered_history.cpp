@@ -128,7 +128,7 @@ class LayeredHistory final : public History {
     return names;
   }
 
-  /// What a name of the expression is at a time.
+  /// Value of a name in the expression at a time.
   [[nodiscard]] ImageF named(const std::string& name, double time) const {
     for (const ControlFacts& c : below_->facts().controls) {
       if (c.name == name) return below_->read_control(name);

@@ -14,7 +14,7 @@
 namespace patinate::app {
 
 namespace {
-/// What is wrong with the mesh, with its file's name in front.
+/// Adds the file's name in front of what is wrong with the mesh.
 template <class Make>
 auto naming_file(const MeshSource& source, Make&& make) {
   try {

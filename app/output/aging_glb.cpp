@@ -32,7 +32,7 @@ std::uint8_t gloss_code(float roughness) {
   return static_cast<std::uint8_t>(std::clamp(255.5f - 255.0f * roughness, 0.0f, 255.0f));
 }
 
-/// Of one channel.
+/// Codes of one channel.
 ImageU8 unit_codes(const ImageF& values) {
   ImageU8 codes(values.width(), values.height());
   std::transform(values.values().begin(), values.values().end(), codes.data(), unit_code);
@@ -74,7 +74,7 @@ ImageF roughness_and_metalness(const ImageF& roughness, const ImageF& metalness)
   return both;
 }
 
-/// Of roughness_and_metalness(): 1 - roughness and metalness, in codes.
+/// Codes of roughness_and_metalness(): 1 - roughness and metalness.
 ImageU8 gloss_and_metal_codes(const ImageF& both) {
   ImageU8 codes(both.width(), both.height(), 2);
   for (std::size_t i = 0; i < codes.values().size(); i += 2) {
@@ -86,7 +86,7 @@ ImageU8 gloss_and_metal_codes(const ImageF& both) {
 
 using Write = std::function<void(std::span<const std::uint8_t> rows)>;
 
-/// Of one transfer, for all of its textures.
+/// Textures of one transfer, for all of its times.
 struct TransferTextures {
   std::shared_ptr<const transfer::TransferFolder> transfer;
   transfer::TextureWriter writer;

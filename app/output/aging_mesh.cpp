@@ -43,7 +43,7 @@ std::function<SurfaceMaps(double time, const RunControl& control)> surface_maps_
   };
 }
 
-/// What pictures of a transfer hold that is too large to be held itself: 800 MB.
+/// Texels that pictures of a transfer hold when it is too large to be held itself: 800 MB.
 constexpr std::int64_t kReducedTexels = std::int64_t{1} << 26;
 
 AgingMesh reduced_mesh_of_transfer(const std::shared_ptr<const transfer::TransferFolder>& transfer,

@@ -39,7 +39,7 @@ OutputFile textures_beside(const std::filesystem::path& folder, const std::files
   return textures;
 }
 
-/// What lies beside a model under its name.
+/// Files beside a model under its name.
 std::vector<OutputFile> files_beside(ModelFormat format, const std::filesystem::path& path) {
   const auto named = [&](const char* extension) { return std::filesystem::path(path).replace_extension(extension); };
   if (format == ModelFormat::Obj)
@@ -76,7 +76,7 @@ GlbAppearance in_own_unit(GlbAppearance look, const AgingGlb& model) {
   return look;
 }
 
-/// What is written, and what it says of itself.
+/// Model that is written, and what it says of itself.
 struct ModelToWrite {
   ModelFormat format;
   AgingGlb model;

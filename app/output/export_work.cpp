@@ -31,7 +31,7 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kFormatNames{"png", "exr", "tif"};
 
-/// What a sequence is made of.
+/// Source of a sequence.
 struct SequenceSource {
   std::string key;
   std::vector<std::string> tile_names;

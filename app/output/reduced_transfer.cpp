@@ -31,7 +31,7 @@ ImageF ReducedTransfer::sample(double time, const RunControl& control) const {
   const Sheet& full = transfer_->sheet();
   const ImageF colors = transfer_->history().sample(time);
   const auto width = static_cast<std::size_t>(full.tile_width);
-  // Which reduced column and row a texel counts for.
+  // Reduced column and row that a texel counts for.
   std::vector<std::size_t> column(width);
   for (std::size_t x = 0; x < width; ++x) column[x] = x * static_cast<std::size_t>(sheet_.tile_width) / width;
   ImageF out(sheet_.width(), sheet_.height(), 3);

@@ -38,7 +38,7 @@ struct PictureShot {
   PictureView view;
 };
 
-/// What one picture needs is kept for the next. One thread at a time.
+/// Data of one picture that is kept for the next. One thread at a time.
 class PictureStudio {
  public:
   using Sample = std::function<ImageF(double time, const RunControl& control)>;
@@ -107,7 +107,7 @@ ContentHash begin_key(const RenderTask& task, const std::vector<double>& times) 
   return hash;
 }
 
-/// What is added where all maps of a surface are shown.
+/// Adds what decides where all maps of a surface are shown.
 void add_surface(ContentHash& hash, const RenderTask& task) {
   hash.add("surface 1").add(task.shown.film);
   for (const auto& [name, value] : option_values(task.surface)) hash.add(name).add(value);
@@ -190,7 +190,7 @@ OutputWork times_work(const RenderTask& task, const std::string& key, const std:
   return strip_work(task, key, studio, shots, labels);
 }
 
-/// What was asked for. Of a simulation its end when nothing was: what a run has come to.
+/// Times that were asked for. Of a simulation its end when nothing was: what a run has come to.
 std::vector<double> times_of(const RenderTask& task, const AgingMesh& mesh, std::vector<std::string>& notes) {
   const bool is_end = mesh.history.origin == "simulated" && task.shown.maps == ShownMaps::All &&
                       !is_series(task.output) && !task.mesh && kind_of(task.subject) == PathKind::Simulation;

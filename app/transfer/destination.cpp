@@ -14,7 +14,7 @@ namespace patinate::app {
 
 namespace {
 
-/// What the command says when sizes were chosen, not known.
+/// Says that sizes were chosen, not known.
 /// @param mesh  In mm.
 void note_scale(const transfer::TransferScale& scale, const Mesh& mesh, const Words& say) {
   if (scale.source == transfer::ScaleSource::PixelAssumed) {

@@ -42,7 +42,7 @@ std::pair<float, float> covered_range(const ImageF& values, const TexelMap& map)
   return range;
 }
 
-/// What was found in the source, and what was done about it.
+/// Text about what was found in the source, and what was done about it.
 std::string structure_text(const transfer::StructureFacts& s, transfer::TransferQuality quality) {
   const bool has_lines = s.kind != transfer::StructureKind::Regions;
   std::string text = !has_lines ? "found regions of two materials; the rarer covers "

@@ -137,7 +137,7 @@ std::optional<Displacement> find_patch(const cv::Mat& reference, const cv::Mat& 
                       peak->score};
 }
 
-/// What patches all over the reference say about a view that is right to a few pixels.
+/// Matches of patches all over the reference in a view that is right to a few pixels.
 struct PatchMatches {
   Matches matches;
   std::vector<double> correlations;

@@ -186,7 +186,7 @@ PlainBackground plain_background(const ImageF& codes, const ImageU8& known) {
   if (!result.is_plain()) return result;
   ImageU8 alike(codes.width(), codes.height());
   for (std::int64_t i = 0; i < alike.num_pixels(); ++i) {
-    // What is not known connects: it lies at the border itself, beside the background.
+    // Unknown pixels connect: they lie at the border itself, beside the background.
     const bool is_alike =
         !is_known(known, i) || static_cast<double>(distance(codes.data() + 3 * i, color.at(i))) <= span;
     alike.data()[i] = is_alike ? 255 : 0;

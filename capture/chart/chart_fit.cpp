@@ -41,7 +41,7 @@ ChartCamera camera_of(const ChartProblem& problem, const ChartUnknowns& unknowns
   return camera;
 }
 
-/// Of light that has its response undone. @param even  Factor of the place.
+/// Color of light that has its response undone. @param even  Factor of the place.
 Color3 color_of_light(const ChartCamera& camera, const ChartLight& of_photo, const Color3& light, double even) {
   Color3 sensor = product(camera.sensor, light);
   for (std::size_t c = 0; c < 3; ++c) sensor[c] *= of_photo.gain[c] * even;

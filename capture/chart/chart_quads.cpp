@@ -166,7 +166,7 @@ QuadGrid trimmed(QuadGrid grid) {
   return grid;
 }
 
-/// The same with columns and rows from 0.
+/// Grid with columns and rows from 0.
 QuadGrid from_zero(const QuadGrid& grid) {
   if (grid.empty()) return {};
   int left = grid.begin()->first.first, top = grid.begin()->first.second;
@@ -204,7 +204,7 @@ std::vector<ChartQuad> find_quads(const ImageF& codes) {
       const auto known = std::find_if(quads.begin(), quads.end(), [&](const ChartQuad& other) {
         return (other.middle - quad->middle).norm() < kSame * std::min(size_of(other), size_of(*quad));
       });
-      // Of one patch the larger quad has more of its pixels.
+      // The larger quad of one patch has more of its pixels.
       if (known == quads.end())
         quads.push_back(*quad);
       else if (size_of(*quad) > size_of(*known))

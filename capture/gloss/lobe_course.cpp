@@ -156,7 +156,7 @@ class CourseFit {
     return kChange * kChange * (span > 0.0 ? (times_[t + 1] - times_[t]) / span : 1.0);
   }
 
-  /// What all photographs and the prior cost, and the equations of a step.
+  /// Cost of all photographs and the prior, and the equations of a step.
   double system(const std::vector<State>& state, Eigen::SparseMatrix<double>& matrix, Eigen::VectorXd& right) const {
     const auto num = static_cast<Eigen::Index>(state.size());
     const double usual = 1.0 / (kUsualSpread * kUsualSpread * static_cast<double>(num));
@@ -248,7 +248,7 @@ class CourseFit {
     }
   }
 
-  /// Of a tile, and how much less neighboring tiles tell together than independent ones.
+  /// Noise of a tile, and how much less neighboring tiles tell together than independent ones.
   void measure_noise() {
     double num_frames = 0.0, squares = 0.0, count = 0.0, blocks = 0.0, block_count = 0.0, products = 0.0, pairs = 0.0;
     for (std::size_t t = 0; t < frames_.size(); ++t) {
@@ -346,7 +346,7 @@ class CourseFit {
   bool is_moving_;
   std::vector<State> state_;
   std::vector<Eigen::VectorXd> weight_;  ///< [0, 1], of each tile.
-  std::vector<Eigen::VectorXd> own_;     ///< What a tile's albedo is above the material's.
+  std::vector<Eigen::VectorXd> own_;     ///< Excess of a tile's albedo over the material's.
   std::vector<Eigen::VectorXd> rest_;
   std::map<int, double> last_;
   double variance_ = 1e-4;  ///< Variance of a tile.

@@ -38,9 +38,9 @@ Vec3 strength_of(const GlossMaterial& m, std::size_t frame) {
   return m.course.is_told ? Vec3(m.course.at[frame].strength * m.course.tint) : Vec3(Vec3::Zero());
 }
 
-/// What a material's highlight leaves of what is seen. A highlight is off its form by a twentieth, a place off its
-/// material's albedo by a sixth: what is left too much or too little is shared out between the two, so that bright
-/// highlights do not drown the color below them.
+/// Light that remains of what is seen without a material's highlight. A highlight is off its form by a twentieth, a
+/// place off its material's albedo by a sixth: what is left too much or too little is shared out between the two, so
+/// that bright highlights do not drown the color below them.
 Vec3 left_by(const GlossMaterial& m, const Vec3& seen, const Vec3& highlight) {
   // Unevenness of a material's albedo, as a share, and its least, linear (a sixth: docs/algorithms/gloss.md).
   constexpr double kUneven = 0.15, kMinUneven = 0.02;
@@ -86,7 +86,7 @@ Unlit unlit(const GlossPixel& pixel, const Vec3& value, std::size_t frame, const
   return out;
 }
 
-/// Of every material, at this photograph and pixel.
+/// Lobes of every material, at this photograph and pixel.
 std::vector<double> lobes_of(const GlossPixel& pixel, std::size_t frame, const std::vector<GlossMaterial>& materials) {
   std::vector<double> lobes;
   for (const GlossMaterial& m : materials)
@@ -200,7 +200,7 @@ class GlossFinder {
     control.report(1.0);
   }
 
-  /// What a tile shows of each material.
+  /// Sum of each material over a tile.
   struct TileSum {
     explicit TileSum(std::size_t num) : value(num, Vec3::Zero()), members(num, 0.0), told(num, 0.0), lobe(num) {
       for (auto& l : lobe) l.setZero();
@@ -242,7 +242,7 @@ class GlossFinder {
     return sum;
   }
 
-  /// Of one photograph, for each material. @param counts  Pixels of each.
+  /// Tiles of one photograph, for each material. @param counts  Pixels of each.
   std::vector<TileSamples> tiles_of(int frame, std::vector<double>& counts) const {
     const GlossPhoto photo = read_photo_(frame);
     const std::size_t num = materials_.size();

@@ -61,7 +61,7 @@ std::vector<Vector2d> spaced(const std::vector<cv::Point>& line) {
   return points;
 }
 
-/// What the points of one outline find on another, moved there.
+/// Fit of the points of one outline to another, moved there.
 struct Fit {
   Matrix3d b_from_a = Matrix3d::Identity();
   double mean_px = std::numeric_limits<double>::infinity();  ///< Distance of those kept, in b.
@@ -189,7 +189,7 @@ std::vector<Fit> fits_of(const PhotoOutline& a, const PhotoOutline& b) {
     fit.num_holes = num_holes_in_place(a, b, fit.b_from_a);
   }
   std::stable_sort(turns.begin(), turns.end(), is_better);
-  // Of those that fit about as well, the one with more holes in place.
+  // Among those that fit about as well, the one with more holes in place wins.
   const double limit = kClearly * std::max(turns.empty() ? 0.0 : turns.front().mean_px, b.error_px);
   std::stable_sort(turns.begin(), turns.end(), [limit](const Fit& x, const Fit& y) {
     return x.mean_px < limit && y.mean_px < limit && x.num_holes > y.num_holes;

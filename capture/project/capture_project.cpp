@@ -144,7 +144,7 @@ void read_geometry(JsonReader& json, CaptureProject& project) {
   }
 }
 
-/// Which photograph is the reference, transforms of an earlier run, and that sizes are equal where they must be.
+/// Reads the reference and transforms of an earlier run, and checks that sizes are equal where they must be.
 void read_reference(CaptureProject& project) {
   if (project.align.transforms) read_transforms(*project.align.transforms, project);
   // The one in the middle has most in common with all others.

@@ -60,7 +60,7 @@ bool is_image_name(const fs::path& file) {
   return is_decoded_apart(file) || std::find(kKnown.begin(), kKnown.end(), extension) != kKnown.end();
 }
 
-/// What patinate made of photographs holds none that were taken.
+/// Tells folders that patinate made: they hold no photographs.
 bool is_made(const fs::path& folder) {
   std::error_code error;
   return fs::exists(folder / "history.json", error) || fs::exists(folder / "job.json", error);
@@ -100,7 +100,7 @@ std::vector<FoundImage> look(const fs::path& folder, std::vector<std::string>& t
 
 bool has_many(const FoundImage& image) { return image.info.num_frames > 1; }
 
-/// What could make the frames of a project: the photographs that share folder, format and size, or one movie.
+/// Candidates for the frames of a project: the photographs that share folder, format and size, or one movie.
 std::vector<std::vector<FoundImage>> frame_sets(const std::vector<FoundImage>& images,
                                                 const std::function<bool(const fs::path&)>& is_wanted) {
   using Key = std::tuple<fs::path, std::string, int, int, fs::path>;
@@ -145,7 +145,7 @@ std::optional<std::vector<FoundImage>> by_hand(const std::vector<std::vector<Fou
   return all;
 }
 
-/// Of photographs that no pattern holds: all of them, one by one.
+/// List of photographs that no pattern holds: all of them, one by one.
 Json frame_list(const std::vector<FoundImage>& group, const std::vector<double>& times,
                 const std::function<std::string(const fs::path&)>& relative) {
   std::vector<std::pair<double, std::string>> rows;
@@ -229,7 +229,7 @@ class DraftText {
   std::vector<std::string> hints_;
 };
 
-/// What is found out about the frames before anything is written.
+/// Facts about the frames that are found before anything is written.
 struct Frames {
   std::string pattern;  ///< Empty: of several folders or formats, so that they are listed.
   std::vector<std::size_t> excluded;

@@ -124,7 +124,7 @@ std::set<int> excluded_numbers(JsonReader& json, std::size_t num_images) {
   return excluded;
 }
 
-/// Which of the images `from`, `to`, `every` (of a pattern) and `exclude` leave.
+/// Images that `from`, `to`, `every` (of a pattern) and `exclude` leave.
 std::vector<bool> chosen(JsonReader& json, JsonReader* pattern, const std::set<int>& excluded, std::size_t num_images) {
   const double last = static_cast<double>(num_images) - 1;
   std::int64_t from = 0, to = static_cast<std::int64_t>(num_images) - 1, every = 1;
@@ -159,7 +159,7 @@ void set_movie_times(std::vector<SourceImage>& images, const std::vector<bool>& 
   sources.time_source = is_timed ? kPresentationTimes : "the movie's frame rate";
 }
 
-/// What photographs say of their times; empty where a file holds many images.
+/// Times that photographs state; empty where a file holds many images.
 std::vector<DatedPhoto> dated_photos(const std::vector<SourceImage>& images, const std::vector<bool>& is_kept,
                                      Files& files) {
   std::vector<DatedPhoto> photos;
@@ -199,7 +199,7 @@ void find_times(std::vector<SourceImage>& images, const std::vector<bool>& is_ke
   }
 }
 
-/// Of the photographs that are kept, against what is stated.
+/// Checks the times of the photographs that are kept against what is stated.
 void check_times(const std::vector<SourceImage>& images, const std::vector<bool>& is_kept, Files& files, TimeUnit unit,
                  FrameSources& sources) {
   std::vector<DatedPhoto> photos = dated_photos(images, is_kept, files);

@@ -16,12 +16,12 @@ namespace {
 
 using Stamps = std::vector<std::optional<TimeStamp>>;
 
-/// What one source says of every photograph.
+/// Times of every photograph by one source.
 struct TimeSource {
   std::string name;     ///< "EXIF DateTimeOriginal".
-  std::string missing;  ///< What a photograph does not have: "EXIF DateTimeOriginal", "date in the name".
+  std::string missing;  ///< Missing item of a photograph: "EXIF DateTimeOriginal", "date in the name".
   Stamps stamps;
-  std::string DatedPhoto::*text = nullptr;  ///< What is read, where it is no name.
+  std::string DatedPhoto::*text = nullptr;  ///< Member that is read, where it is no name.
   std::string problem = "";                 ///< Why it cannot be used; "" when it can.
 
   [[nodiscard]] bool says_something() const {

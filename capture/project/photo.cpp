@@ -72,7 +72,7 @@ ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo
   ImageF color = read_as(photo, project.response);
   if (!may_be_clipped(project, photo)) return color;
   const bool is_converted = is_decoded_as_said(project, photo);
-  // What rounding of a profile's numbers leaves below 0 is no color outside.
+  // Rounding of a profile's numbers may lead below 0: that is no color outside.
   constexpr float kRounding = 1e-3f;
   for (std::int64_t i = 0; i < color.num_pixels(); ++i) {
     float* pixel = color.data() + 3 * i;

@@ -28,7 +28,7 @@ class Said {
     if (found == groups_.end()) found = groups_.insert(groups_.end(), {text, {}});
     found->second.push_back(photo);
   }
-  /// What most say, and who says what else.
+  /// Text on what most say, and who says what else.
   [[nodiscard]] std::string text() const {
     const auto usual = std::max_element(groups_.begin(), groups_.end(),
                                         [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });

@@ -289,7 +289,7 @@ ProgressMap progress_from_history(const std::vector<double>& times, const std::f
   }
   ProgressMap map{ImageF(first.width(), first.height()), 0.0, 1.0, 0.0, num_changing / num_inside};
   if (num_changing == 0) {
-    // What does not change is 0 for sure: its noise is below what counts as a change.
+    // Unchanging pixels are 0 for sure: their noise is below what counts as a change.
     if (deviations.read) map.deviation = ImageF(first.width(), first.height());
     control.report(1.0);
     return map;

@@ -152,7 +152,7 @@ void check_files(const RelitProject& project) {
   }
 }
 
-/// What must hold between steps, lights and camera. @throws IoError
+/// Checks steps, lights and camera against each other. @throws IoError
 void check_steps(const RelitProject& project, const JsonReader& steps) {
   const bool are_all_directional = std::all_of(project.lights.begin(), project.lights.end(),
                                                [](const Light& l) { return l.kind == Light::Kind::Directional; });

@@ -61,7 +61,7 @@ std::optional<int> short_number(TextReader& reader) {
   return digits == 1 || digits == 2 ? reader.number(digits) : std::nullopt;
 }
 
-/// What a name says, before the other names are known.
+/// Statement of a name, before the other names are known.
 struct NamedTime {
   int year = 0, month = 0, day = 0;
   bool is_year_last = false;  ///< Day and month may have to be exchanged.
@@ -169,7 +169,8 @@ std::optional<int> read_offset(TextReader& reader) {
   return (*sign == '-' ? -1 : 1) * (60 * *hours + *minutes);
 }
 
-/// What may stand between date and time: up to three separators, or a word between blanks, as in "... at 1.20.05 PM".
+/// Skips what may stand between date and time: up to three separators, or a word between blanks, as in "... at 1.20.05
+/// PM".
 void skip_to_time(TextReader& reader) {
   TextReader word = reader;
   if (word.one_of(" _")) {

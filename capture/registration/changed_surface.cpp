@@ -71,7 +71,7 @@ struct PartMove {
   double spread = 0.0;  ///< Root mean square of what is left of its distances.
 };
 
-/// Of the part that lies lowest. @param side  -1: highest.
+/// Motion of the part that lies lowest. @param side  -1: highest.
 PartMove part_move(const std::vector<Partners>& partners, double share, double side) {
   PartMove part;
   const std::size_t n =

@@ -54,7 +54,7 @@ constexpr double kFixedStep = 1e-8;         ///< Normalized: nothing moves any m
 constexpr double kMaxResidual = 0.25;       ///< Residual scale in fine distances above which it is no fit,
 constexpr double kMaxScatter = 6.0;         ///< unless the points' own scatter makes so much of it.
 constexpr int kLookedInFrontOfPose = 3000;  ///< Points whose lines of sight are checked, evenly picked.
-/// Of the residuals' scale and of a spacing (docs/algorithms/registration.md).
+/// Tolerances in the residuals' scale and in spacings (docs/algorithms/registration.md).
 constexpr double kSightScales = 5.0, kSightDistance = 0.5;
 constexpr double kSightDepth = 0.04;   ///< Normalized: growth and wear are less than that, a wrong pose is not.
 constexpr int kMinTrustedPairs = 30;   ///< Fewer pairs do not make a trusted pose.

@@ -124,7 +124,7 @@ ImageF splat(const std::vector<Dot>& dots, int size, double radius_px, bool is_s
   return picture;
 }
 
-/// What lies within a thin slice through the middle, seen from above.
+/// Points within a thin slice through the middle, seen from above.
 ImageF slice(std::span<const PointCloud> scans, std::span<const RigidTransform> poses, int size) {
   Eigen::Matrix3d from_above;
   from_above << 1, 0, 0, 0, 0, -1, 0, 1, 0;

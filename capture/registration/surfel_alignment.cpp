@@ -276,7 +276,7 @@ class Aligner {
   double base_variance_ = 0.0;
   SurfelAlignment result_;
   std::vector<Known> known_of_source_, known_of_target_;
-  double traveled_ = 0.0;  ///< What no surfel has moved by more than, in all steps so far.
+  double traveled_ = 0.0;  ///< Bound of every surfel's motion, in all steps so far.
   double reach_ = 0.0;     ///< Farthest position from the origin, of both sets.
   std::vector<Pair> found_, pairs_;
   std::array<int, 2> num_looked_{}, num_found_{};

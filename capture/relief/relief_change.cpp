@@ -113,7 +113,7 @@ std::vector<HeightDifference> block_differences(const std::vector<ReliefPlace>& 
   return means;
 }
 
-/// What stays of the mean over blocks of places, more than their noise; robust.
+/// Deviation of the mean over blocks of places that exceeds their noise; robust.
 std::optional<double> systematic_part(const std::vector<ReliefPlace>& places, const std::vector<std::size_t>& chosen,
                                       const std::vector<PlaceDifference>& found, double noise_variance_factor,
                                       int side) {
@@ -193,7 +193,7 @@ std::vector<double> neighborhood_changes(const Surface& surface, const std::vect
   return means;
 }
 
-/// Of places and their differences, those that stay alone and on the mean with their neighbors: a change reaches over
+/// Places that stay, alone and on the mean with their neighbors: a change reaches over
 /// several windows, so that the mean shows what is within the noise of each, and would pull the scan along. What is
 /// systematic makes all means larger, and is no change.
 std::vector<std::size_t> unchanged_places(const Surface& surface, const std::vector<std::size_t>& chosen,
@@ -219,7 +219,7 @@ double scale_of(const std::vector<PlaceDifference>& found) {
   return inner_scale(std::move(sizes));
 }
 
-/// Of the measured places, those that show no change by themselves.
+/// Share of the measured places that show no change by themselves.
 double agreeing_share(const std::vector<PlaceDifference>& found, double scale) {
   double num_measured = 0.0, num_agreeing = 0.0;
   for (const PlaceDifference& d : found) {
@@ -251,7 +251,7 @@ PlacedScan place_scan(const Comparison& comparison, const Surface& surface, cons
     for (const std::size_t k : unchanged_places(surface, chosen, found, scale_of(found))) stable.push_back(chosen[k]);
     correct_pose(placed, comparison, surface, stable, control);
   }
-  // What is left on places that show no change by themselves says how well the points' scatter states the deviation.
+  // The rest on places that show no change by themselves tells how well the points' scatter states the deviation.
   const std::vector<PlaceDifference> found = comparison.at(chosen, placed.reference_from_scan, control);
   placed.noise_factor = scale_of(found);
   placed.stable_share = std::min(agreeing_share(found, placed.noise_factor), agreeing);
@@ -306,7 +306,7 @@ double root_mean_square_shift(const std::vector<ReliefPlace>& places, const Rigi
   return std::sqrt(squares / static_cast<double>(places.size()));
 }
 
-/// Of the places, where they lie on the whole.
+/// Surface of the places, where they lie on the whole.
 Surface surface_of(const std::vector<ReliefPlace>& places, std::size_t num_stable, const Lengths& lengths) {
   Surface surface{.places = places, .center = Vec3::Zero(), .size = 0.0, .stride = 1, .pose_block = 1};
   for (const ReliefPlace& p : places) surface.center += p.position / static_cast<double>(places.size());

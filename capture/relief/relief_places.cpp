@@ -50,7 +50,7 @@ double off(const Plane& plane, const Sample& p) {
   return p.along - plane.coefficients.dot(Eigen::Vector3d(1.0, p.s, p.t));
 }
 
-/// Of samples in order along the direction, those between two gaps, nearest to 0.
+/// Layer of samples in order along the direction, between two gaps, nearest to 0.
 std::vector<Sample> nearest_layer(std::vector<Sample> samples, double gap) {
   std::sort(samples.begin(), samples.end(),
             [](const Sample& a, const Sample& b) { return std::tie(a.along, a.s, a.t) < std::tie(b.along, b.s, b.t); });
@@ -113,7 +113,7 @@ std::optional<Vec3> outside_of(const PointCloud& scan) {
   return sum.norm() > 0.0 ? std::optional(Vec3(sum.normalized())) : std::nullopt;
 }
 
-/// Of the points over a pixel, how high the topmost layer lies on the mean; nothing where there are too few.
+/// Height of the topmost layer of the points over a pixel, in the mean; nothing where there are too few.
 std::optional<double> top_of(std::vector<double> depths, double gap) {
   std::sort(depths.begin(), depths.end(), std::greater<>());
   for (std::size_t begin = 0, k = 1; k <= depths.size(); ++k) {

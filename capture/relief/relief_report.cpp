@@ -125,7 +125,8 @@ ImageF enlarged(const ImageF& image, int times) {
   return out;
 }
 
-/// What people look at: all of the change and the significant part of it side by side, enlarged, with a legend.
+/// Writes the picture for people: all of the change and the significant part of it side by side, enlarged, with a
+/// legend.
 void write_page_picture(const fs::path& file, const ReliefChange& c, double end_um) {
   const ImageF& change = c.change_mm;
   ImageF all(change.width(), change.height()), significant(change.width(), change.height());
@@ -148,7 +149,7 @@ void write_page_picture(const fs::path& file, const ReliefChange& c, double end_
           {.ramp = ColorRamp::Diverging, .low = -end_um, .high = end_um, .unit = "um", .more = "gray: not measured"}));
 }
 
-/// As RFC 4180 has it.
+/// Quotes as RFC 4180 has it.
 std::string quoted(std::string text) {
   for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
   return '"' + text + '"';

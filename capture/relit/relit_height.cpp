@@ -1,4 +1,4 @@
-// What a step's scan stands higher than the reference's, in the reference view.
+// Height of a step's scan over the reference's, in the reference view.
 #include <algorithm>
 #include <array>
 #include <cmath>

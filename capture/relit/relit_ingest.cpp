@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kStageVersion = 4;
-constexpr std::int64_t kRelitPageVersion = 1;  ///< The same for the page.
+constexpr std::int64_t kRelitPageVersion = 1;  ///< Version of the page.
 constexpr double kStepWeight = 4.0;            ///< For progress: light is taken out more slowly than a scan is placed.
 constexpr std::array<std::string_view, 2> kRelitPosesNames{"joint", "each"};
 constexpr const char* kAccessibility = "accessibility";
@@ -83,7 +83,7 @@ std::string step_key(const RelitProject& project, const RelitStep& step) {
   return hash.hex();
 }
 
-/// What the frame of a step depends on, but for the step itself.
+/// Key of what the frame of a step depends on, but for the step itself.
 std::string common_key(const RelitWork& work) {
   ContentHash hash;
   hash.add("relit").add(kStageVersion).add(rig_text(work.project)).add(work.step_keys[work.project.reference]);
@@ -94,7 +94,7 @@ std::string common_key(const RelitWork& work) {
   return hash.hex();
 }
 
-/// What all jointly solved poses depend on; "" where none are.
+/// Key of what all jointly solved poses depend on; "" where there are none.
 std::string key_of_joint(const RelitWork& work, const std::vector<std::size_t>& steps, const std::string& common) {
   if (steps.empty()) return "";
   ContentHash hash;
@@ -220,7 +220,7 @@ void write_controls(HistoryWriter& writer, const RelitWork& work, const fs::path
       static_cast<double>(percentiles(read_gray(folder / HistoryWriter::map_file("texel_size")), mask, 0.5, 0.5).low));
 }
 
-/// Of steps whose pose was found by a surface of which most has changed.
+/// Warnings about steps whose pose was found by a surface of which most has changed.
 std::vector<HistoryWarning> pose_warnings(const std::vector<RelitStepFacts>& facts) {
   std::vector<HistoryWarning> warnings;
   for (const RelitStepFacts& f : facts) {

@@ -1,4 +1,4 @@
-// What happened at every step, for people and for programs.
+// Report of every step, for people and for programs.
 #include <Eigen/Core>
 #include <cmath>
 #include <limits>
@@ -172,7 +172,7 @@ ReportSeries series_of(const HistoryManifest& history, const RelitWork& work, co
   return series;
 }
 
-/// What every photograph's file says.
+/// Adds what every photograph's file says.
 void add_files(HtmlPage& page, const RelitWork& work) {
   std::vector<std::pair<std::string, ImageFacts>> all;
   std::vector<std::vector<std::string>> rows;

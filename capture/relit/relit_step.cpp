@@ -42,7 +42,7 @@ void put_color(ImageF& image, int x, int y, const std::array<float, 3>& color) {
 /// The color, made smaller.
 ImageF report_albedo(const ImageF& color) { return at_most(color, kWidth); }
 
-/// What became of every sample, one picture a light side by side, in sample_state_color().
+/// Picture of every sample's state, one picture a light side by side, in sample_state_color().
 /// @param samples  H x W x L of SampleState; empty for ready-made albedo. @param mask  Of what is determined.
 ImageF report_samples(const ImageU8& samples, const ImageU8& mask) {
   std::vector<ImageF> pictures;

@@ -23,7 +23,7 @@ using Rgb = std::array<float, 3>;
 constexpr Rgb kOutOfViewColor{0.05f, 0.1f, 0.8f}, kMaskedColor{0.8f, 0.0f, 0.6f};  // As sample_state_color() has them.
 constexpr float kMarked = 0.65f;       // How opaque a mark is: what lies below it can be seen.
 constexpr float kMaskInside = 0.6f;    // Linear gray that stands out from the page.
-constexpr float kOutsideLight = 0.3f;  // What is outside of the mask is darker by this factor.
+constexpr float kOutsideLight = 0.3f;  // Factor that darkens the outside of the mask.
 
 HtmlPicture small_picture(const ImageF& linear, const std::string& caption, int quality) {
   return {data_uri(jpeg_of(srgb8_from_linear(linear), quality), "image/jpeg"), caption};
@@ -82,7 +82,7 @@ std::string place_text(const ReportSeries& series, const HistoryWarning& warning
   return text + masked_place(series, frames);
 }
 
-/// What all thumbnails are multiplied by, so that light beyond white shows, and light far below it.
+/// Factor of all thumbnails, so that light beyond white shows, and light far below it.
 float shown_factor(const std::vector<ReportFrame>& frames) {
   constexpr double kHigh = 0.995;  // Rank of the value that pictures are scaled by.
   // Linear values: pictures beyond 1 or darker than a tenth are scaled for display alone.

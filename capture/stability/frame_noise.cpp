@@ -14,7 +14,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr double kPool_px = 1.0;  ///< Gaussian that smooths the estimate over neighbors.
-constexpr double kSlow_px = 4.0;  ///< What is slower over the picture is aging that bends in time.
+constexpr double kSlow_px = 4.0;  ///< Slower changes over the picture are aging that bends in time.
 constexpr double kJump = 6.0;     ///< Medians of the size: four standard deviations.
 /// Standard deviation that white noise keeps without its slow part: 1 - 1 / (pi s^2) + 1 / (4 pi s^2) is its square.
 constexpr double kFastPart = 0.9925;
@@ -28,7 +28,7 @@ double distance_spread(double before, double now, double after) {
   return std::sqrt(1.0 + a * a + b * b);
 }
 
-/// What a crack that opens is off by does not become its neighbors' course.
+/// Removes jumps, so that a crack that opens does not become its neighbors' course.
 ImageF without_jumps(ImageF rest) {
   std::vector<float> sizes(rest.values().begin(), rest.values().end());
   for (float& v : sizes) v = std::abs(v);

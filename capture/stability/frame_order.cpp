@@ -96,7 +96,7 @@ void shorten(const Differences& d, std::vector<int>& order, const RunControl& co
   }
 }
 
-/// Of photographs that are in their order.
+/// Order of photographs that are in their order.
 FrameOrder order_of(const std::vector<FrameLook>& looks, const RunControl& control) {
   FrameOrder result;
   std::vector<int> given(looks.size());

@@ -59,7 +59,7 @@ cv::Mat spectrum(const ImageF& image, int x0, int y0, int width, int height) {
   return result;
 }
 
-/// What the peak's width makes of each frequency of a transform of `size`.
+/// Weight of each frequency of a transform of `size` by the peak's width.
 std::vector<double> frequency_gaussian(int size) {
   std::vector<double> weights;
   for (int i = 0; i < size; ++i) {
@@ -135,7 +135,7 @@ double bilinear(const ImageF& image, double x, double y) {
          fy * ((1 - fx) * at(x0, y0 + 1) + fx * at(x0 + 1, y0 + 1));
 }
 
-/// What votes for and against a shift in one part of the picture.
+/// Votes for and against a shift in one part of the picture.
 struct PartErrors {
   double texture = 0.0, at_shift = 0.0, at_opposite = 0.0;
   double count = 0.0;

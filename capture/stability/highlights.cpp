@@ -95,7 +95,7 @@ cv::Mat usual_around(const cv::Mat& values, int radius) {
   return median;
 }
 
-/// What is usual around each pixel: the median of a window twice as wide as a highlight may be, which therefore covers
+/// Usual light around each pixel: the median of a window twice as wide as a highlight may be, which therefore covers
 /// less than half of it; so do cracks. Where all is brighter than that, as on the slope of a lamp's fall-off, what lies
 /// below every bright thing that is narrower than a highlight.
 cv::Mat ground_of(const cv::Mat& light, int radius, double saturation) {
@@ -171,7 +171,7 @@ cv::Mat without_white_material(const cv::Mat& found, const cv::Mat& values) {
   return result;
 }
 
-/// What the first frames share: the least luminance, and the least darkest channel, of every pixel.
+/// Light that the first frames share: the least luminance, and the least darkest channel, of every pixel.
 struct EarlyLook {
   cv::Mat light, darkest;
   cv::Mat most;  ///< Of the darkest channel; what trembles is clipped in some.

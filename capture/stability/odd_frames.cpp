@@ -10,7 +10,7 @@ namespace patinate::capture {
 
 namespace {
 
-/// What a photograph can be found to be; each is blamed by itself.
+/// Kinds of findings about a photograph; each is blamed by itself.
 enum class Kind { Moved, Exposed, New };
 constexpr std::array<Kind, 3> kKinds{Kind::Moved, Kind::Exposed, Kind::New};
 constexpr int kLongestRun = 3;  ///< More frames in a row are a part of the series rather than a mistake.
@@ -35,7 +35,7 @@ bool has_any(const FrameFinding& f) {
 /// A run is a mistake only where more frames than its own are left.
 bool is_minority(const FrameRun& run, std::size_t num_pairs) { return 2 * run.size() <= static_cast<int>(num_pairs); }
 
-/// What pairs and findings say of every place between two frames.
+/// Pairs and findings at every place between two frames.
 class Series {
  public:
   Series(const std::vector<FrameFinding>& findings, const std::vector<FramePair>& neighbors,
@@ -80,7 +80,7 @@ class Series {
     return found == findings_.end() ? nullptr : found->second;
   }
 
-  /// Of `frame` from `reference`, over the pairs between.
+  /// Motion of `frame` from `reference`, over the pairs between.
   [[nodiscard]] Eigen::Affine2d motion(int reference, int frame) const {
     Eigen::Affine2d motion = Eigen::Affine2d::Identity();
     for (int f = reference + 1; f <= frame; ++f) motion = pairs_.at(f)->motion.frame_from_reference * motion;
@@ -162,12 +162,12 @@ FrameFinding finding_in_run(const Series& series, const FrameRun& run, int frame
   return finding;
 }
 
-/// Which frames stand out in one way.
+/// Frames that stand out in one way.
 class OddOnes {
  public:
   OddOnes(const Series& series, Kind kind) : series_(&series), kind_(kind), runs_(series.odd_runs(kind)) {}
 
-  /// Of the pair with this later frame the earlier one stands out.
+  /// Tells whether the earlier frame of the pair with this later one stands out.
   [[nodiscard]] bool is_earlier(int frame) const {
     const auto is_end = [&](const FrameRun& run) { return run.last + 1 == frame; };
     const auto is_start = [&](const FrameRun& run) { return run.first == frame; };

@@ -20,7 +20,7 @@ double median_deviation(const std::vector<double>& values) {
   return median(std::move(deviations));
 }
 
-/// Of independent factors of the photographs, in logarithms. @param gains  Of neighboring pairs.
+/// Unsteadiness of independent factors of the photographs, in logarithms. @param gains  Of neighboring pairs.
 double unsteadiness(const std::vector<double>& gains) {
   std::vector<double> differences;
   for (std::size_t i = 1; i < gains.size(); ++i) differences.push_back(std::abs(gains[i] - gains[i - 1]));

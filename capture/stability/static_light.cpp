@@ -36,7 +36,7 @@ bool is_usable(const float* pixel) {
   return *low > kNearBlack && *high < kNearWhite;
 }
 
-/// Of a window's pixels, those inside the mask.
+/// Number of a window's pixels inside the mask.
 int count_inside(const ImageU8& mask, int x0, int y0, int x1, int y1) {
   int num = 0;
   for (int y = y0; y < y1; ++y) {

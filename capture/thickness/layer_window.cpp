@@ -1,4 +1,4 @@
-// Which window of the mode filter a layer asks for: the one that foretells best what it does not see.
+// Window of the mode filter that suits a layer: the one that best predicts what it does not see.
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -16,7 +16,7 @@ constexpr double kNarrowest_px = 6.0;     ///< See docs/algorithms/mode_filter.m
 constexpr double kSigmasOfLayer = 6.0;    ///< A window as wide as the layer: three sigmas to either side.
 constexpr double kStep = 1.5;             ///< From one window that is tried to the next.
 constexpr double kCrackDeviations = 4.0;  ///< From where on brighter light is a crack's.
-/// Of the distances from a crack's edge: in a band of one width they are spread evenly up to half of it.
+/// Rank of the distances from a crack's edge: in a band of one width they are spread evenly up to half of it.
 constexpr double kDistanceRank = 0.9;
 constexpr int kSmallestGap_px = 12;  ///< Grain that neighbors share is not to be foretold from them.
 constexpr int kLargestGap_px = 32;
@@ -68,9 +68,9 @@ class HeldOut {
 
   [[nodiscard]] bool is_enough() const { return num_squares() >= kMinSquares; }
 
-  /// Of the squares: |middle light - foretold| / foretold, the median.
+  /// Error at the squares: |middle light - predicted| / predicted, the median.
   [[nodiscard]] double miss_of(const ThicknessOptions& options, const RunControl& control) const {
-    // What the white squares say is carried into the black ones: by their neighbors, three quarters of a side away.
+    // The white squares' values are carried into the black ones by their neighbors, three quarters of a side away.
     constexpr double kCarried = 0.75;
     const ImageF foretold =
         gaussian_blur(fill_cracks(light_, white_, options, control), white_, kCarried * side_, control.silent());

@@ -21,8 +21,8 @@ constexpr double kPeakSigmas = 2.5;
 
 /// Parts of the whole histogram, [0, 1].
 struct PeakShares {
-  float first = 0.0f;   ///< What lies within `reach` of the highest bin.
-  float second = 0.0f;  ///< The same of the other peak; 0 when there is none.
+  float first = 0.0f;   ///< Mass within `reach` of the highest bin.
+  float second = 0.0f;  ///< Mass of the other peak; 0 when there is none.
   int second_at = -1;   ///< Its highest bin; -1 when there is none.
 };
 

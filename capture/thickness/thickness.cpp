@@ -239,7 +239,7 @@ double slope_of(double transmittance, ThicknessCurve curve) {
   return 1.0;
 }
 
-/// What the mode filter gave in the first and in the last pass.
+/// Results of the mode filter in the first and in the last pass.
 struct Passes {
   ModeFilterResult first;
   std::optional<ModeFilterResult> last;  ///< Only with refinements; its values are of what was left.

@@ -48,7 +48,7 @@ std::string alignment_key(const IngestWork& work) {
   return hash.hex();
 }
 
-/// Of the reference's frame (of its roi), what a photograph shows.
+/// Share of the reference's frame (of its roi) that a photograph shows.
 double shown_share(const CaptureProject& project, const CapturePhoto& photo, const Eigen::Matrix3d& place) {
   constexpr int kSteps = 64;
   const Eigen::Matrix3d photo_from_reference = place.inverse();

@@ -38,7 +38,7 @@ ImageF reduced_codes(const FrameSource& source, int index, const PixelSize& size
   return codes;
 }
 
-/// What the photograph shows; empty when it shows all.
+/// Mask of what the photograph shows; empty when it shows all.
 ImageU8 reduced_known(const IngestWork& work, const fs::path& folder, int index, const PixelSize& size) {
   if (!has_validity(work)) return {};
   ImageF shown = read_gray(folder / validity_file(index));

@@ -22,7 +22,7 @@ std::string range_text(std::vector<ChartDrift> drift, double ChartDrift::*figure
   return hundredths((*low).*figure) + " to " + hundredths((*high).*figure);
 }
 
-/// Of the photographs whose chart is used.
+/// Fit of the photographs whose chart is used.
 struct Fitting {
   double mean = 0.0, worst = 0.0, count = 0.0;
   std::string patch, photo;

@@ -43,7 +43,7 @@ ChartSight look_at(const CaptureProject& project, std::size_t index) {
                        *place.photo_from_chart, chart.table);
 }
 
-/// What all photographs say of the chart.
+/// Chart in all photographs.
 struct SeriesChart {
   std::vector<ChartSight> sights;
   std::vector<std::size_t> used;  ///< Those without problems.

@@ -62,7 +62,7 @@ bool is_stated(const IngestWork& work, const char* name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// As unlighting has it, from which the one model of a frame is made.
+/// Result in unlighting's form, from which the one model of a frame is made.
 UnlightResult result_of(const GlossFrame& frame, const GlossRig& rig, int index) {
   const int width = frame.albedo.width(), height = frame.albedo.height();
   UnlightResult out{

@@ -39,7 +39,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What is clipped in all photographs, one way.
+/// Pixels that are clipped in all photographs, one way.
 struct ClippedSeries {
   std::int64_t num_clipped = 0, num_pixels = 0;
   std::vector<std::string> photos;

@@ -20,9 +20,9 @@ namespace {
 
 /// Raised whenever the same input gives other output.
 constexpr std::int64_t kStageVersion = 4;
-/// The same for what a transmission photograph becomes alone.
+/// Version of what a transmission photograph becomes alone.
 constexpr std::int64_t kThicknessVersion = 3;
-/// The same for the page.
+/// Version of the page.
 constexpr std::int64_t kPageVersion = 1;
 
 std::string roi_text(const PixelRectangle& roi) {

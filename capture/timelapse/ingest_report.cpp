@@ -26,7 +26,7 @@ namespace {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-/// What a step of the ingest left about every photograph, by its number; empty where it did not run.
+/// Records of a step of the ingest about every photograph, by its number; empty where it did not run.
 std::map<int, Json> by_number(const Json& photos) {
   std::map<int, Json> found;
   for (const Json& photo : photos) found[photo.at("number").get<int>()] = photo;
@@ -38,7 +38,7 @@ struct PhotoNotes {
   std::map<int, Json> alignment, registered, patch;
   std::map<int, std::vector<std::string>> findings;
   Json chart;                    ///< Chart as read_chart() gives it.
-  Json factors = Json::array();  ///< What --deflicker multiplied by; a frame each, or none.
+  Json factors = Json::array();  ///< Factors of --deflicker; a frame each, or none.
   std::string reference;         ///< Reference of the alignment.
 };
 
@@ -52,7 +52,7 @@ PhotoNotes read_notes(const IngestWork& work, const fs::path& folder, const Surv
   for (const SurveyFinding& finding : survey.findings) {
     std::vector<std::string>& found = notes.findings[finding.photo.number];
     for (const SurveyProblem* problem : {&finding.moved, &finding.exposed, &finding.unclear, &finding.jump}) {
-      // What was laid over the others is not said to fit none of them.
+      // Photographs that were aligned with others are not said to fit none of them.
       const bool is_overruled = problem->size >= kUnmatchedSize && work.project.is_handheld();
       if (!problem->text.empty() && !is_overruled) found.push_back(problem->text);
     }
@@ -77,7 +77,7 @@ ReportColumn column(const CaptureProject& project, std::string title,
   return made;
 }
 
-/// The same, empty where all cells are alike: the page says such things once.
+/// Column that is empty where all cells are alike: the page says such things once.
 ReportColumn differing(ReportColumn made) {
   const bool is_one = std::all_of(made.cells.begin(), made.cells.end(),
                                   [&](const std::string& cell) { return cell == made.cells.front(); });
@@ -180,7 +180,7 @@ std::string times_text(const CaptureProject& project) {
   return "from " + project.time_source + (project.time_span.empty() ? "" : ", " + project.time_span);
 }
 
-/// What was understood of the photographs and done with them, once for all.
+/// Rows about what was understood of the photographs and done with them, once for all.
 Rows understood(const IngestWork& work, const PhotoNotes& notes, const SurveyReport& survey) {
   const CaptureProject& project = work.project;
   Rows rows{{"size", size_row(project)}};

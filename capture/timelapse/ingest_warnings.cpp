@@ -50,7 +50,7 @@ Group group_findings(const SurveyReport& survey, SurveyProblem SurveyFinding::*k
       return o.photo.name == finding.photo.name || o.photo.name == finding.against;
     };
     const bool is_outside = std::any_of(survey.unlinked.begin(), survey.unlinked.end(), is_same);
-    if (problem.text.empty() || is_outside) continue;  // Of what cannot be compared, this alone is said.
+    if (problem.text.empty() || is_outside) continue;  // Only this is said of photographs that cannot be compared.
     const bool is_known = std::any_of(group.photos.begin(), group.photos.end(),
                                       [&](const SurveyPhoto& p) { return p.name == finding.photo.name; });
     if (!is_known) group.photos.push_back(finding.photo);

@@ -109,7 +109,7 @@ std::string static_light_text(const StaticLight& light) {
   return text + "; keep it with --static-light off";
 }
 
-/// Of light inside a mask: nothing is said of what lies around it.
+/// Warning about light inside a mask: nothing is said of what lies around it.
 HistoryWarning uneven_warning(const UnevenLight& uneven, bool is_divided) {
   HistoryWarning warning{.about = WarningSubject::Light, .text = "", .cure = "", .share = 0.0};
   const std::string ratio =
@@ -138,7 +138,7 @@ HistoryWarning uneven_warning(const UnevenLight& uneven, bool is_divided) {
   return warning;
 }
 
-/// Of `--flat-field first`: nothing was divided out.
+/// Tells that `--flat-field first` divided nothing out.
 bool is_even_already(const FlatFieldReport& field) {
   return !field.last_shares.empty() && field.ratio < kEvenFirstLight;
 }

@@ -34,7 +34,7 @@ ImageU8 standing_highlight(const IngestWork& work, const RunControl& control) {
   return std::any_of(values.begin(), values.end(), [](std::uint8_t v) { return v != 0; }) ? highlight : ImageU8();
 }
 
-/// What every frame's pixels show, with the highlight that stands still.
+/// Reader of what every frame's pixels show, with the highlight that stands still.
 class ValidityReader {
  public:
   ValidityReader(const IngestWork& work, const fs::path& folder, ImageU8 highlight)

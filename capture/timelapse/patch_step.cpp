@@ -29,7 +29,7 @@ constexpr double kMaxSaturated = 0.1;    ///< Share of what is shown.
 constexpr double kMaxResidual = 0.03;    ///< Relative: a just noticeable step of a gray card.
 using Color = std::array<double, 3>;
 
-/// What a photograph shows of the patch.
+/// Patch in a photograph.
 struct PatchColor {
   Color mean{};
   std::array<std::optional<Color>, kCells* kCells> cells = {};

@@ -41,7 +41,7 @@ std::vector<PhotoMarks> marks_of(const CaptureProject& project) {
   return marks;
 }
 
-/// What of the reference's pixels shows the object: the project's mask, where it is as large.
+/// Mask of the reference's pixels that show the object: the project's mask, where it is as large.
 ImageU8 object_mask(const CaptureProject& project) {
   if (!project.mask) return {};
   ImageU8 mask = read_mask(*project.mask);

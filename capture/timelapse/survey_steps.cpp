@@ -72,7 +72,8 @@ double num_surveyed(const IngestWork& work, int num_frames) {
   return static_cast<double>(work.project.width()) * work.project.height() * num_frames;
 }
 
-/// Of so many frames, which are reduced to kPreparedSide; measured on photographs of 128, 512 and 1400 pixels a side.
+/// Weight of so many frames, which are reduced to kPreparedSide; measured on photographs of 128, 512 and 1400 pixels a
+/// side.
 double chunk_weight(const IngestWork& work, int num_frames) {
   const PixelSize size = reduced_size(work.project, kPreparedSide);
   return num_frames * weight_of_pixels(0.015, 2.9e-7, static_cast<double>(size.width) * size.height);
@@ -108,7 +109,7 @@ JobItem chunk_item(const std::shared_ptr<const IngestWork>& work, int chunk) {
           .weight = chunk_weight(*work, end - begin)};
 }
 
-/// What the chunks say.
+/// Results of the chunks.
 struct ComparedFrames {
   std::vector<FramePair> pairs;
   std::vector<FrameLook> looks;  ///< By frame.
@@ -173,7 +174,7 @@ std::vector<FramePair> find_bridges(const IngestWork& work, const fs::path& fold
   return bridges;
 }
 
-/// Which photograph, as messages and `exclude` name it.
+/// Names a photograph as messages and `exclude` do.
 Json photo_json(const CaptureProject& project, const std::vector<std::string>& names, int frame) {
   const CapturePhoto& photo = project.frames[frame];
   return {{"photo", names[frame]}, {"time", photo.time}, {"number", photo.number}};

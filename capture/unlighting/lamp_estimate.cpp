@@ -16,7 +16,7 @@ namespace {
 constexpr std::int64_t kMaxLampTexels = 8'000, kLampTexelsAChunk = 256;  ///< See docs/algorithms/unlighting.md.
 constexpr double kMinScale = 1e-4;                                       ///< Least noise; exact data would divide by 0.
 
-/// Which column of the equations a strength or an ambient has; -1 = it is known.
+/// Columns of the equations for strengths and ambients; -1 = it is known.
 class Columns {
  public:
   explicit Columns(const UnlightWork& work)
@@ -195,7 +195,7 @@ double apply(UnlightWork& work, const Columns& columns, const Eigen::VectorXd& s
   return change;
 }
 
-/// Of the lamps' irradiance at the texels.
+/// Mean of the lamps' irradiance at the texels.
 double mean_irradiance(const UnlightWork& work, const std::vector<std::int64_t>& texels) {
   double sum = 0.0;
   TexelSamples texel;

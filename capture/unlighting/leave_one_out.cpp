@@ -14,7 +14,7 @@ namespace {
 /// Texels that are predicted, evenly picked.
 constexpr std::int64_t kMaxLeftOutTexels = 20'000, kLeftOutTexelsAChunk = 64;
 
-/// What a lamp's samples were predicted to be.
+/// Prediction of a lamp's samples.
 struct Predicted {
   std::vector<double> ratios;
   double squares = 0.0, values = 0.0;

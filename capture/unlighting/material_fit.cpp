@@ -98,7 +98,7 @@ class Neighbors {
       link(times, {t.x, t.y, 2}, static_cast<int>(i));
     }
   }
-  /// What neighbors belong to, as far as they are of the texel's color.
+  /// Adds the shares of neighbors, as far as they are of the texel's color.
   void add(std::size_t i, const MaterialShares& shares, std::vector<double>& score) const {
     for (const int j : of_[i]) {
       const double weight = kNeighbor * likeness(texels_[i].color, texels_[j].color);
@@ -145,7 +145,7 @@ MaterialShares clusters_of_color(const std::vector<TexelEvidence>& texels) {
   return shares;
 }
 
-/// Of texels by their share in class `k`: its lobe, kind, color.
+/// Material of the texels by their share in class `k`: its lobe, kind, color.
 /// @param last  What it was before; nothing at first.
 SurfaceMaterial material_of(const std::vector<TexelEvidence>& texels, const MaterialShares& shares, std::size_t k,
                             const SurfaceMaterial* last) {

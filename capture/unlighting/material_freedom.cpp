@@ -16,7 +16,7 @@ constexpr std::int64_t kMaxFreedomTexels = 2000, kFreedomTexelsAChunk = 32;
 /// Deviation of a texel's highlight (docs/algorithms/materials.md, step 5).
 constexpr std::array<double, 2> kWider{0.2, 0.4};
 
-/// Of each texel, its left-out lamps; negative where nothing is foretold.
+/// Cost of each texel's left-out lamps; negative where nothing is predicted.
 std::vector<double> costs(const UnlightWork& work, const std::vector<std::int64_t>& texels, double freedom,
                           const RunControl& control) {
   TexelFitOptions options = work.fit_options();

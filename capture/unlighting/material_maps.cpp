@@ -24,7 +24,7 @@ Vec3 feature_of(const ImageF& color, int x, int y) {
   return {c[0] / c.sum(), c[1] / c.sum(), kLightness * std::sqrt(c.mean())};
 }
 
-/// Of the grid, so that it has kGridTexels or fewer.
+/// Step of the grid, so that it has kGridTexels or fewer.
 int grid_step(const UnlightWork& work) {
   double count = 0.0;
   for (int y = 0; y < work.height; ++y)
@@ -69,7 +69,7 @@ class GridShares {
     for (std::size_t i = 0; i < texels_.size(); ++i)
       index_.at(texels_[i].x / step_, texels_[i].y / step_) = static_cast<int>(i);
   }
-  /// What the four grid texels around say, by distance and likeness of color.
+  /// Adds the belief of the four grid texels around, by distance and likeness of color.
   void add(int x, int y, const Vec3& color, std::vector<double>& belief) const {
     const double u = std::max(0.0, (x - 0.5 * step_ + 0.5) / step_), v = std::max(0.0, (y - 0.5 * step_ + 0.5) / step_);
     const int i = static_cast<int>(u), j = static_cast<int>(v);

@@ -28,7 +28,7 @@ class Polish {
     options_.small_step = kPolishStep;
   }
 
-  /// Of each texel, its left-out lamps; negative where nothing is foretold.
+  /// Cost of each texel's left-out lamps; negative where nothing is predicted.
   [[nodiscard]] std::vector<double> costs(const SurfaceMaterial& material) const {
     std::vector<double> found(places_.size());
     parallel_for(static_cast<std::int64_t>(places_.size()), kPlacesAChunk, control_,
@@ -59,7 +59,7 @@ class Polish {
   }
 
  private:
-  /// What a photograph is off, in deviations; far off counts in proportion. The model's part is the same for what is
+  /// Error of a photograph, in deviations; far off counts in proportion. The model's part is the same for what is
   /// foretold too bright and too dark by one factor: a share of what is seen alone would draw lobes down.
   [[nodiscard]] double off_of(const TexelSamples& texel, const TexelFit& fit, int lamp) const {
     // Error of the form, as a share of the value; the largest noise, of the stated one.
@@ -97,7 +97,7 @@ class Polish {
   RunControl control_;
 };
 
-/// What one costs more than another, in all and its standard deviation.
+/// Excess cost of one over another, in all and its standard deviation.
 std::pair<double, double> excess(const std::vector<double>& one, const std::vector<double>& other) {
   double sum = 0.0, squares = 0.0;
   for (std::size_t i = 0; i < one.size(); ++i) {
@@ -205,7 +205,7 @@ std::vector<std::vector<std::pair<int, int>>> places_of(const std::vector<TexelE
   return all;
 }
 
-/// Of materials that have a lobe already, the one of which a smaller one is not told apart; or its own.
+/// Among materials that have a lobe already, the one of which a smaller one is not told apart; or its own.
 SurfaceMaterial shared_or_own(const Polish& polish, const std::vector<SurfaceMaterial>& larger, const Judged& own) {
   SurfaceMaterial chosen = own.material;
   double least = kTold;

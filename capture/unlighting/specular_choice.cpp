@@ -23,7 +23,7 @@ class TexelChoice {
  public:
   explicit TexelChoice(const UnlightWork& work) : work_(work), options_(work.fit_options()) {}
 
-  /// Of foretelling its lamps; nothing where it has none or a fit fails.
+  /// Cost of predicting its lamps; nothing where it has none or a fit fails.
   [[nodiscard]] std::optional<float> operator()(int x, int y) {
     if (!work_.is_surface(x, y) || !(work_.specular.at(x, y, 0) > 0.0f)) return std::nullopt;
     work_.load_raw(x, y, matt_);
@@ -69,7 +69,7 @@ double belief_at(const ImageF& votes, int x, int y) {
   return squares > 0.0 ? std::clamp(saved / (kBelieved * std::sqrt(squares)), 0.0, 1.0) : 0.0;
 }
 
-/// Of one lamp, whatever its state.
+/// Cost of one lamp, whatever its state.
 double lamp_cost(const TexelSamples& samples, const std::vector<double>& plain_variance, const TexelFit& fit,
                  const TexelFitOptions& options, int lamp) {
   const double most = options.reject ? options.rejection_width() * options.rejection_width() * samples.num_channels

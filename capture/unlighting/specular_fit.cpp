@@ -53,7 +53,8 @@ struct BestLobe {
   double gain = 0.0;  ///< Gain of chi-square.
 };
 
-/// Of a tile, from its smoothed sums: the roughness that explains most, between those of the series by a parabola.
+/// Best lobe of a tile, from its smoothed sums: the roughness that explains most, between those of the series by a
+/// parabola.
 /// @param num_tiles  That the means were taken of: what noise alone explains is no highlight.
 BestLobe best_lobe(std::span<const float> sums, double num_tiles) {
   std::array<double, kNumLobeRoughness> gain{}, strength{};
@@ -91,7 +92,7 @@ std::array<double, 2> interpolated(const ImageF& tiles, int x, int y) {
 /// One form of the lobe, for every tile.
 struct TileLobes {
   ImageF tiles = {};  ///< x 2: strength, roughness.
-  double gain = 0.0;  ///< What it explains of the samples' chi-square.
+  double gain = 0.0;  ///< Chi-square of the samples that it explains.
 };
 
 TileLobes fit_tiles(const UnlightWork& work, const SpecularForm& form, const UnlightResult& fitted,

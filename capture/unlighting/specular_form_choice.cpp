@@ -31,13 +31,13 @@ struct Highlights {
   double freedom = 0.0, off = 0.0;
 };
 
-/// What came of a form.
+/// Result of a form.
 struct Tried {
   Highlights kind;
-  /// Of a texel.
+  /// State of a texel.
   struct Texel {
     double cost = -1.0;                       ///< Cost of predicting its lamps; negative where nothing is predicted.
-    std::array<double, 3> albedo{}, share{};  ///< What is highlight_share().
+    std::array<double, 3> albedo{}, share{};  ///< Values of highlight_share().
   };
   std::vector<Texel> texels = {};
 };
@@ -102,7 +102,7 @@ class FormTrial {
   bool has_found_ = false;
 };
 
-/// What one costs more than another, over the texels that both foretell.
+/// Excess cost of one over another, over the texels that both predict.
 struct Excess {
   double sum = 0.0, stddev = 0.0;
 };

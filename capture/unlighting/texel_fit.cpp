@@ -66,16 +66,16 @@ class TexelSolver {
   [[nodiscard]] double& weight(int k) { return weight_[k]; }
   [[nodiscard]] int least() const { return std::max(o_.min_lights, o_.refine_normal && !has_prior_ ? 3 : 1); }
   [[nodiscard]] double cosine(int k) const { return normal_.dot(s_.direction[k]); }
-  /// What a texel of albedo 1 shows.
+  /// Value that a texel of albedo 1 shows.
   [[nodiscard]] double unit_value(int k, int c) const {
     return s_.irradiance[s_.index(k, c)] * std::max(0.0, cosine(k)) + s_.ambient[s_.index(k, c)];
   }
-  /// What a lamp shows beside the diffuse light.
+  /// Value that a lamp shows beside the diffuse light.
   [[nodiscard]] double highlight(int k, int c) const {
     if constexpr (kHasHighlight) return gain_ * lobe_[k].value * shine_of(k, c);
     return 0.0;
   }
-  /// What a lobe of 1 adds.
+  /// Value that a lobe of 1 adds.
   [[nodiscard]] double shine_of(int k, int c) const {
     return s_.highlight.tint[c] * s_.irradiance[s_.index(k, c)] * std::numbers::pi;
   }
@@ -250,7 +250,7 @@ class TexelSolver {
     return m;
   }
 
-  /// Of the unknowns that channels share.
+  /// Step of the unknowns that channels share.
   [[nodiscard]] Vector shared_step(const Equations& e, const std::array<Vec3, 2>& t) const {
     if (!kHasHighlight && !o_.refine_normal) return Vector::Zero();
     Vector g = e.gn;

@@ -129,7 +129,7 @@ void report(const UnlightWork& work, UnlightResult& result, const RunControl& co
   result.residual = relative(squares, values, clean);
 }
 
-/// What each lamp's samples say about it. @throws InvalidInput where nothing can come of it.
+/// Judges each lamp by its samples. @throws InvalidInput where nothing can come of it.
 void judge_lights(UnlightResult& result) {
   constexpr double kMany = 0.5;  // Share of the used samples.
   std::int64_t num_lit = 0, num_valid = 0;
@@ -307,7 +307,7 @@ void find_material_highlights(UnlightWork& work, UnlightResult& result, const Ru
   put_reflectance(work, result, control);
 }
 
-/// What was found, one line a material.
+/// States what was found, one line a material.
 void tell_materials(UnlightResult& result) {
   if (result.specular.empty() || result.materials.empty()) return;
   for (const SurfaceMaterial& m : result.materials) {

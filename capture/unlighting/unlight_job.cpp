@@ -81,7 +81,7 @@ void add_step_notes(const UnlightStep& step, const UnlightOptions& options, cons
   const ResponseCheck check = check_response(scene.input, scene.ambient, step.response, control);
   if (!check.is_doubtful) return;
   const bool is_linear = step.response.kind == Response::Kind::Linear;
-  // What no file says is sRGB.
+  // Files without a statement are sRGB.
   const std::string declared = step.response.kind == Response::Kind::File ? "srgb" : step.response.text();
   result.notes.push_back("`response` is " + declared + ", but decoded as " + (is_linear ? "srgb" : "linear") +
                          " the photographs agree much better with the lamps (" + percent_text(check.otherwise, 2) +

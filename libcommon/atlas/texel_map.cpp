@@ -318,7 +318,7 @@ void TexelMap::gather(TexelId t, const FlowFrames& frames, std::span<const Vec2>
     const SurfacePoint end = walk(p, frame * offsets_mm[k]);
     out[k] = {texel_of(end), offsets_mm[k]};
     if (out[k].texel < 0) continue;
-    // What texel_of() rounds away, in the texels over there.
+    // Remainder that texel_of() rounds away, in the texels over there.
     const Vec2 at = texel_from_uv(interpolate(mesh().uvs, mesh().uv_triangles[end.triangle], end), width_, height_);
     const TexelId column = out[k].texel % width_, row = out[k].texel / width_;
     const Vec2 rest = Vec2(static_cast<double>(column), static_cast<double>(row)) - at;

@@ -21,7 +21,7 @@ constexpr int kLook = 4096;  // Texels or triangles between two looks at the sto
 /// Rows of texels of which some threads each take a band.
 constexpr std::int64_t kBand = 256;
 
-/// Of each texel of a rectangle: 0 outside the charts, 1 beside another chart, the outside or what lies beyond the
+/// Marks each texel of a rectangle: 0 outside the charts, 1 beside another chart, the outside or what lies beyond the
 /// rectangle, else `farthest`.
 void mark_border(const TexelMap& map, const TexelRect& rect, std::uint8_t farthest, std::span<std::uint8_t> distance,
                  const RunControl& control) {
@@ -123,7 +123,7 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
                [&](std::int64_t chunk, std::int64_t) { store(static_cast<std::size_t>(chunk), follows_grid); });
 }
 
-/// Of each triangle: it has so many texels that its steps are found for several of them at a time, and steps that are
+/// For each triangle: it has so many texels that its steps are found for several of them at a time, and steps that are
 /// whole numbers.
 std::vector<bool> TexelNeighborhood::follow_their_grid(const std::vector<int>& reach) const {
   constexpr std::int32_t kFewTexels = 64;
@@ -183,7 +183,7 @@ Eigen::Matrix2d TexelNeighborhood::pixels_per_texel(int triangle) const {
   return (*frames_)[triangle].transpose() * map_.mm_per_texel(triangle) / pixel_mm_;
 }
 
-/// As TexelMap::gather() for a texel that is far from its chart's border; `texel` is how far on.
+/// Finds neighbors as TexelMap::gather() does for a texel far from its chart's border; `texel` is how far on.
 void TexelNeighborhood::find_steps(int triangle, std::span<PixelNeighbor> steps) const {
   const FlowFrame& frame = (*frames_)[triangle];
   const Eigen::Matrix2d to_texels = map_.texels_per_mm(triangle, frame),

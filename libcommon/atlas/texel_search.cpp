@@ -1,4 +1,4 @@
-// Which triangle each texel of a TexelMap shows, and how large texels are.
+// Triangle that each texel of a TexelMap shows, and the size of texels.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,7 +12,7 @@ namespace patinate {
 
 namespace {
 
-/// Of all texels, by how many each triangle has of its own size. @param sizes,counts  A triangle each.
+/// Median size of all texels, by how many each triangle has of its own size. @param sizes,counts  A triangle each.
 double median_size(const std::vector<float>& sizes, const std::vector<std::int64_t>& counts, std::int64_t num_texels) {
   std::vector<std::size_t> order;
   for (std::size_t t = 0; t < counts.size(); ++t) {

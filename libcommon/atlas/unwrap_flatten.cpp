@@ -295,7 +295,7 @@ std::array<double, 2> singular_values(const std::array<Vec2, 3>& from, const std
   Eigen::Matrix2d inverse;
   inverse << a(1, 1), -a(0, 1), -a(1, 0), a(0, 0);
   const Eigen::Matrix2d j = b * inverse / det;
-  // Of a 2 x 2 matrix: half the sum and the difference of the lengths of its conformal and anticonformal parts.
+  // For a 2 x 2 matrix: half the sum and the difference of the lengths of its conformal and anticonformal parts.
   const double conformal = std::hypot(j(0, 0) + j(1, 1), j(1, 0) - j(0, 1));
   const double anticonformal = std::hypot(j(0, 0) - j(1, 1), j(1, 0) + j(0, 1));
   return {0.5 * (conformal + anticonformal), 0.5 * std::abs(conformal - anticonformal)};

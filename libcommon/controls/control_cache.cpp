@@ -30,7 +30,7 @@ constexpr const char* kTag =
 fs::path values_file(const fs::path& folder, const std::string& key) { return folder / (kPrefix + key + ".exr"); }
 fs::path facts_file(const fs::path& folder, const std::string& key) { return folder / (kPrefix + key + ".json"); }
 
-/// Of all that is kept, so that what was damaged or edited is made again.
+/// Key of all that is kept, so that what was damaged or edited is made again.
 std::string content_key(const ControlMap& kept) {
   ContentHash hash;
   hash.add(std::as_bytes(kept.values.values())).add(kept.low).add(kept.high).add(kept.unit);

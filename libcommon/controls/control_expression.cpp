@@ -14,7 +14,7 @@ namespace {
 using Node = ExpressionNode;
 using Kind = Node::Kind;
 
-/// Of max(0, x): a map's values never are negative; 0 to a power below 0 is huge.
+/// Power of max(0, x): a map's values never are negative; 0 to a power below 0 is huge.
 double power(double x, double exponent) {
   const double value = std::pow(std::max(0.0, x), exponent);
   return std::isfinite(value) ? value : kExpressionHuge;

@@ -90,7 +90,7 @@ struct Entry {
   const char* name;
   const char* brief;
   ControlMap (*make)(const TexelMap&, const Options&, const RunControl&);
-  std::string Options::*file;                      ///< What it reads; may be null.
+  std::string Options::*file;                      ///< File that it reads; may be null.
   void (*take)(Options& to, const Options& from);  ///< Copies what it looks at.
 };
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPointSpacingShare = 0.004;  ///< Longest distance of the points that stop spheres, in diagonals.
 constexpr int kMaxSphereTriangles = 1'000'000;
-constexpr double kOwnShare = 0.006;  ///< What is nearer to a point than this, in diagonals, is its own surface.
+constexpr double kOwnShare = 0.006;  ///< Points nearer than this, in diagonals, are on the same surface.
 constexpr int kMostSteps = 60;
 constexpr double kSmooth = 0.94;  ///< Cosine of 20 degrees.
 constexpr double kConverged =

@@ -94,7 +94,7 @@ Grown grown(const TreePlace& at, double trunk_years, const Board& board, const W
   return result;
 }
 
-/// Of a ring, with its mean where texels are too coarse for it.
+/// Value of a ring, or its mean where texels are too coarse for it.
 double ring_value(double years, const Board& board, const WoodGrainOptions& options, double least_mm) {
   const double year = std::floor(years), share = years - year;
   RandomStream random(

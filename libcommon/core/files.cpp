@@ -57,7 +57,7 @@ int compare_numbers(const NumberText& a, const NumberText& b) {
 /// How the numbers of names are read.
 struct NumberRule {
   bool has_fractions = false;
-  /// What stands before numbers of which some have a sign: "-5min" and "T+10min" beside "0min" and "T-5min".
+  /// Texts before numbers of which some have a sign: "-5min" and "T+10min" beside "0min" and "T-5min".
   std::set<std::string, std::less<>> signed_after = {};
 
   /// 1 where a sign stands before a number, else 0.

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What tells one content of a file from another without reading it.
+/// Facts that tell one content of a file from another without reading it.
 struct FileState {
   dev_t device = 0;
   ino_t inode = 0;
@@ -60,7 +60,7 @@ FileState state_of(const fs::path& path) {
   return {s.st_dev, s.st_ino, s.st_size, s.st_mtim.tv_sec, s.st_mtim.tv_nsec};
 }
 
-/// What is being made, and what is kept of earlier work, others may replace at any time by the same.
+/// Work in progress and kept earlier work may be replaced by others at any time by the same.
 bool is_of_work(const fs::path& path) {
   return std::any_of(path.begin(), path.end(), [](const fs::path& part) {
     return part == ".cache" || part.extension() == ".partial" || part.extension() == ".items" || is_temporary(part);

@@ -43,7 +43,7 @@ thread_local bool is_inside_loop = false;
 /// Runs `work`, which throws nothing, on the calling thread and on up to num_helpers threads of oneTBB's pool; returns
 /// when all have come back.
 void run_with_helpers(int num_helpers, int num_threads, const std::function<void()>& work) {
-  // What the caller wrote before and reads afterwards is ordered by this counter as well: the thread sanitizer does not
+  // Writes of the caller before and reads afterward are ordered by this counter as well: the thread sanitizer does not
   // see into oneTBB.
   std::atomic<int> num_handed_over{0};
   const auto marked = [&] {

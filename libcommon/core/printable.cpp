@@ -75,7 +75,7 @@ std::string printable_line(std::string_view text, std::size_t max_bytes) {
     std::string whole = joined(shown_characters(text));
     if (whole.size() <= max_bytes) return whole;
   }
-  // What is shown is never shorter than what is there: no more than both ends have to be looked at, of gigabytes too.
+  // Shown text is never shorter than the original: no more than both ends have to be looked at, of gigabytes too.
   constexpr std::size_t kLongestCharacter = 4;
   const std::string middle = " ... (" + std::to_string(text.size()) + " bytes) ... ";
   const std::size_t side = (max_bytes - std::min(max_bytes, middle.size())) / 2,

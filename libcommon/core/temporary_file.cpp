@@ -104,7 +104,7 @@ std::optional<Writer> parse_writer(const std::string& text) {
     return s.size() == 8 && s.find_first_not_of("0123456789abcdef") == std::string::npos;
   };
   const std::vector<std::string> parts = split(text, '-');
-  if (parts.size() == 1 && is_number(parts[0])) return Writer{};  // As earlier versions named them.
+  if (parts.size() == 1 && is_number(parts[0])) return Writer{};  // Name by earlier versions.
   if (parts.size() != 4 || !is_hex(parts[0]) || !is_number(parts[1]) || !is_hex(parts[2]) || !is_number(parts[3]))
     return std::nullopt;
   return Writer{parts[0], static_cast<pid_t>(std::stol(parts[1])), parts[2]};

@@ -7,8 +7,8 @@ namespace patinate {
 namespace {
 
 constexpr double kMinSeconds = 2.0, kMinFraction = 0.02;
-// Of the time since the first report: long enough for a mean over stages whose weights are not exact, short enough to
-// follow a change of speed.
+// Share of the time since the first report: long enough for a mean over stages whose weights are not exact, short
+// enough to follow a change of speed.
 constexpr double kWindow = 2.0 / 3.0;
 constexpr double kMinWindow = 5.0;  // Seconds.
 constexpr double kMinStep = 0.05;   // Seconds between reports that are kept.

@@ -11,7 +11,7 @@ namespace patinate::device {
 
 namespace {
 
-/// What a query of OpenCL says, a text or a number.
+/// Answer of an OpenCL query, a text or a number.
 template <class Query>
 std::string text_of(const Query& query) {
   std::size_t size = 0;

@@ -68,7 +68,7 @@ cl_program program_from(const DeviceState& device, const fs::path& file, const s
   return nullptr;
 }
 
-/// What cannot be kept is compiled again.
+/// Programs that cannot be kept are compiled again.
 void keep(const DeviceState& device, cl_program program, const fs::path& file) {
   std::size_t size = 0;
   if (file.empty() ||

@@ -82,7 +82,7 @@ Eigen::Matrix3d rotation_from_numbers(const std::vector<double>& r) {
 
 const char* const kLensModel = "k1 k2 p1 p2 k3 (0 where the lens has none)";
 
-/// Of a name: its letters and digits, small.
+/// Plain form of a name: its letters and digits, small.
 std::string plain_word(const std::string& text) {
   std::string plain;
   for (char c : text) {
@@ -163,7 +163,7 @@ std::vector<double> read_3x3(const JsonReader& json, bool may_be_vector) {
   return numbers;
 }
 
-/// What is wrong with the values, under the name of where they stand.
+/// Reports problems of the values under the name of where they stand.
 Camera make_camera(const std::string& where, const CameraParameters& p) {
   try {
     return Camera(p);

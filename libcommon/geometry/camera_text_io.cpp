@@ -207,7 +207,7 @@ std::string some_of(const std::vector<std::string>& names) {
   return names.size() > 5 ? text + ", ... (" + std::to_string(names.size()) + ")" : text;
 }
 
-/// What an image is looked up among.
+/// Lines that an image is looked up among.
 class NamedLines {
  public:
   explicit NamedLines(std::string wanted) : wanted_(std::move(wanted)) {}

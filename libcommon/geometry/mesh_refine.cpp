@@ -134,7 +134,7 @@ Mesh with_corner_normals(Mesh mesh) {
   return mesh;
 }
 
-/// What is added to the midpoints of some edges.
+/// Offsets of the midpoints of some edges.
 class Bulges {
  public:
   /// Visits every side of every triangle that is one of the edges.

@@ -18,7 +18,7 @@ constexpr std::size_t kMaxNumbers = 10'000;
 constexpr std::size_t kMaxDepth = 64;
 constexpr std::string_view kBlanks = " \t\r\n";
 
-/// What makes a file unreadable; caught where the path is known.
+/// Reason why a file is unreadable; caught where the path is known.
 struct Unreadable {};
 
 std::string_view trimmed(std::string_view text) {

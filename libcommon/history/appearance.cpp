@@ -42,7 +42,7 @@ class Field {
   const ImageF* image_ = nullptr;
 };
 
-/// What a pixel's numbers are, all of them known.
+/// Numbers of a pixel, all of them known.
 struct PixelMaterial {
   double metalness = 0.0;
   double roughness = static_cast<double>(kUnknownRoughness);

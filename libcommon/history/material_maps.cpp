@@ -18,7 +18,7 @@ Vector vector_at(const ImageF& image, int x, int y) {
   return {image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)};
 }
 
-/// Which extra of a frame holds it.
+/// Extra of a frame that holds it.
 std::string extra_of(MaterialMap map) {
   return map == MaterialMap::Roughness ? "specular" : std::string(kMaterialMapNames[static_cast<std::size_t>(map)]);
 }
@@ -27,7 +27,7 @@ bool has(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// What the image's x direction is on the surface, not yet of unit length; 0 beside it.
+/// Direction of the image's x on the surface, not yet of unit length; 0 beside it.
 Vector along_x(const ImageF& position, const ImageF& surface, int x, int y) {
   const auto is_surface = [&](int i) { return i >= 0 && i < surface.width() && !vector_at(surface, i, y).isZero(); };
   const int left = is_surface(x - 1) ? x - 1 : x, right = is_surface(x + 1) ? x + 1 : x;
@@ -79,7 +79,7 @@ void blend(ImageF& values, const ImageF& next, MaterialMap map, float fraction) 
       if (map == MaterialMap::Stddev) {
         for (int c = 0; c < 3; ++c) {
           const float a = values.at(x, y, c), b = next.at(x, y, c);
-          // What only one frame knows is that one's.
+          // Values that only one frame knows are that one's.
           values.at(x, y, c) = a > 0.0f && b > 0.0f ? std::hypot((1.0f - fraction) * a, fraction * b) : std::max(a, b);
         }
         continue;

@@ -17,7 +17,7 @@ namespace patinate {
 
 namespace {
 
-/// Of the history that is built: what messages begin with, and its size.
+/// Checks the history that is built: what messages begin with, and its size.
 class Checker {
  public:
   Checker(std::string label, int width, int height) : label_(std::move(label)), width_(width), height_(height) {}

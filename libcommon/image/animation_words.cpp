@@ -1,4 +1,4 @@
-// Of animated GIF and WebP: how long each picture is shown.
+// Durations of the pictures of animated GIF and WebP.
 #include "libcommon/image/file_words.h"
 
 namespace patinate {

@@ -45,7 +45,7 @@ std::optional<Box> find_box(const FileBytes& file, std::initializer_list<std::st
   return at;
 }
 
-/// Which properties (counted from 1) the picture of a HEIF file has.
+/// Properties (counted from 1) of the picture of a HEIF file.
 std::vector<std::uint64_t> picture_properties(const FileBytes& file) {
   const auto primary = find_box(file, {"meta", "pitm"});
   const auto associations = find_box(file, {"meta", "iprp", "ipma"});
@@ -98,7 +98,7 @@ FileBytes exif_of_heif(const FileBytes& file) {
     if (id == *exif && method == 0 && num_extents == 1) {
       const std::uint64_t begin = base + number(at + index_size, offset_size),
                           length = number(at + index_size + offset_size, length_size);
-      // What stands before the TIFF data should be counted; some count something else, and all write "Exif".
+      // The text before the TIFF data should be counted; some count something else, and all write "Exif".
       const bool is_named = file.starts_with("Exif", begin + 4);
       const std::uint64_t skip = 4 + (is_named ? 6 : file.number(begin, 4));
       return length > skip ? FileBytes(file.part(begin + skip, length - skip)) : none;

@@ -150,7 +150,7 @@ std::vector<ColorLayer> color_layers(const Imf::MultiPartInputFile& file, const 
   return found;
 }
 
-/// What renderers call the picture itself, among others of the same view.
+/// Names that renderers give the picture itself, among others of the same view.
 bool is_picture_name(const ColorLayer& layer) {
   constexpr std::array kNames{"combined", "beauty", "rgba", "rgb", "c", "color", "main", "default"};
   return layer.words.empty() || std::any_of(kNames.begin(), kNames.end(), [&](const char* name) {

@@ -53,7 +53,7 @@ std::optional<std::string> read_name(std::istream& in) {
   return std::nullopt;
 }
 
-/// What a header says of how much there is to be read.
+/// Sizes that a header states.
 struct Extent {
   std::int64_t width = 0, height = 0;            ///< Size of the data window; 0 = not said.
   std::int64_t tile_width = 0, tile_height = 0;  ///< 0 = rows.
@@ -148,7 +148,7 @@ std::string text_of(const Imf::Header& header, std::initializer_list<const char*
   return "";
 }
 
-/// What 0 and 1 stand for, unless the header lacks a number or has one that is not finite.
+/// Meaning of 0 and 1, unless the header lacks a number or has one that is not finite.
 std::optional<ValueScale> scale_of(const Imf::Header& header) {
   const auto* low = header.findTypedAttribute<Imf::DoubleAttribute>(kImageLowAttribute);
   const auto* high = header.findTypedAttribute<Imf::DoubleAttribute>(kImageHighAttribute);
@@ -161,7 +161,7 @@ double frame_rate_of(const Imf::Header& header) {
   return rate != nullptr && rate->value().n > 0 && rate->value().d > 0 ? double{rate->value()} : 0.0;
 }
 
-/// What the header says, whoever wrote it.
+/// Reads the header's statements, whoever wrote it.
 void read_exr_words(const Imf::Header& header, ImageInfo& info) {
   set_words(info, text_of(header, {kImageKeyAttribute}), text_of(header, {"ImageDescription", "comments"}));
   info.scale = scale_of(header);

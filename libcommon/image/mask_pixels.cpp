@@ -19,7 +19,7 @@ constexpr const char* kWhatAMaskIs = "; a mask is black outside and white inside
 /// Levels and colors that cover less are edges.
 constexpr double kFlatShare = 0.01;
 constexpr std::int64_t kFlatPixels = 32;
-/// Of 255: what lossy formats and editors change a flat color by.
+/// Codes of 255 by which lossy formats and editors change a flat color.
 constexpr int kTolerance = 8;
 
 int code_of(float value) { return static_cast<int>(std::lround(std::clamp(value, 0.0f, 1.0f) * 255.0f)); }
@@ -115,7 +115,7 @@ ImageU8 gray_mask(const DecodedImage& image, const ColorCodes& colors) {
   for (int code = 0; code < 256; ++code) {
     const std::int64_t count = counts[code];
     if (code > kEdge && code < 255 - kEdge) num_between += count;
-    // What lies beside a larger level belongs to it.
+    // Codes beside a larger level belong to it.
     if (is_flat(count, num_pixels) && (flat.empty() || code - flat.back() > kTolerance)) flat.push_back(code);
   }
   const bool is_between = std::any_of(

@@ -100,7 +100,7 @@ class PngFile {
   std::array<char, 128> problem_{};
 };
 
-/// What the file says in words; false if it says what OpenImageIO understands and this does not.
+/// Reads the file's words; false if it says what OpenImageIO understands and this does not.
 bool read_words(const PngFile& file, ImageInfo& info) {
   std::string key, description;
   png_textp texts = nullptr;

@@ -1,4 +1,4 @@
-// What the header of a Radiance picture says [Ward Larson, Shakespeare: Rendering with Radiance, 1998].
+// Header of a Radiance picture [Ward Larson, Shakespeare: Rendering with Radiance, 1998].
 #include <cmath>
 #include <string>
 #include <string_view>

@@ -30,7 +30,7 @@ SaidColor said_color(const FileWords& words, int channels, bool is_light) {
     problem = color.problem;
   }
   SaidColor color;
-  // What the PNG specification gives beside sRGB; what writes it means sRGB.
+  // Gamma that the PNG specification gives beside sRGB; what writes it means sRGB.
   constexpr double kSrgbGamma = 0.45455, kNear = 2e-5;
   const bool is_srgb_gamma = words.png_gamma && std::abs(*words.png_gamma - kSrgbGamma) < kNear;
   const bool is_linear = words.png_gamma && *words.png_gamma == 1.0;

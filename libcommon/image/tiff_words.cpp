@@ -33,7 +33,7 @@ class TiffBytes {
   struct Entry {
     unsigned type = 0;
     std::uint64_t count = 0;
-    std::uint64_t at = 0;  ///< Of its values.
+    std::uint64_t at = 0;  ///< Offset of its values.
   };
   using Directory = std::map<unsigned, Entry>;
 
@@ -45,7 +45,7 @@ class TiffBytes {
     first_ = has_order ? (is_big_ ? bytes_.number(8, 8) : bytes_.number(4, 4)) : 0;
   }
   [[nodiscard]] Directory first() const { return directory(first_); }
-  /// Of all pages.
+  /// Directories of all pages.
   [[nodiscard]] std::vector<Directory> pages() const {
     constexpr std::size_t kMaxPages = 4096;
     std::vector<Directory> pages;
@@ -197,7 +197,7 @@ std::uint64_t missing_rows(const TiffBytes& tiff, const TiffBytes::Directory& pa
   return held ? rows - std::min(rows, *held / strips.row_bytes()) : 0;
 }
 
-/// What is wrong with a page that holds fewer rows than it says; "" where nothing is.
+/// Problem of a page that holds fewer rows than it says; "" where there is none.
 std::string rows_damage(const TiffBytes& tiff, const TiffBytes::Directory& page) {
   constexpr unsigned kWidth = 256, kHeight = 257, kBits = 258, kSamples = 277, kRows = 278, kPlanar = 284,
                      kTileWidth = 322, kTileHeight = 323, kTileOffsets = 324;
@@ -230,7 +230,7 @@ std::string rows_damage(const TiffBytes& tiff, const TiffBytes::Directory& page)
   return missing == 0 ? "" : says + "holds " + std::to_string(s.height - missing);
 }
 
-/// Of the pages that are pictures.
+/// Problem of the pages that are pictures.
 std::string rows_damage(const TiffBytes& tiff) {
   constexpr unsigned kKind = 254;
   constexpr std::uint64_t kReduced = 1, kMask = 4;

@@ -167,7 +167,7 @@ class WordedSource final : public ImageSource {
     return coded;
   }
 
-  /// What is no RGB as linear Rec. 709.
+  /// Converts what is no RGB to linear Rec. 709.
   [[nodiscard]] CodedImage converted(const CodedImage& coded) const {
     const int num_channels = model_ == ColorModel::Cmyk ? 4 : 3;
     if (coded.channels < num_channels) throw IoError(path_.string(), "has fewer channels than its kind of color");

@@ -124,7 +124,7 @@ double publish_share(const JobPlan& plan, bool is_replaced, const RunControl& co
   return seconds > 0.0 ? publish / (seconds + publish) : 0.0;
 }
 
-/// What an earlier --force run was killed while removing.
+/// Removes what an earlier --force run was killed while removing.
 void remove_leftover(const fs::path& output, const std::string& manifest) {
   std::error_code error;
   if (!fs::exists(output.string() + ".partial", error)) return;
@@ -157,7 +157,7 @@ JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunContr
     return JobStatus::UpToDate;
   }
   const double made = 1.0 - publish_share(plan, state.found == FoundOutput::Different, control);
-  // What is made again does not come from the folder that an earlier run was killed while removing.
+  // Work that is made again does not come from the folder that an earlier run was killed while removing.
   if (state.is_made_again || !is_partial_whole(folder.path(), plan.manifest, plan.key)) {
     try {
       const bool is_same_plan = folder.begin(plan.key);

@@ -36,7 +36,7 @@ JobRecord parse_record(const Json& json) {
   return record;
 }
 
-/// What a folder holds, relative to it, but for book-keeping, caches, and what differs from run to run.
+/// Files of a folder, relative to it, but for book-keeping, caches, and what differs from run to run.
 std::vector<fs::path> recorded_files(const fs::path& folder) {
   std::vector<fs::path> files;
   for (auto it = fs::recursive_directory_iterator(folder); it != fs::recursive_directory_iterator(); ++it) {

@@ -18,7 +18,7 @@ fs::path without_trailing_slash(const fs::path& path) {
   return path.has_filename() || !path.has_parent_path() ? path : path.parent_path();
 }
 
-/// What items have made, where no record says more.
+/// Outputs of items, where no record says more.
 std::vector<std::string> missing_outputs(const fs::path& output, const JobPlan& plan) {
   std::vector<std::string> missing;
   for (const JobItem& item : plan.items) {

@@ -59,8 +59,8 @@ std::string read_small(const fs::path& path) {
   return fs::is_regular_file(path, error) ? read_file(path, kMost) : std::string();
 }
 
-/// Of an item of this key. What was not forced to the disk is what it seems until the machine starts anew. Empty where
-/// nobody can tell.
+/// Mark of an item of this key. What was not forced to the disk is what it seems until the machine starts anew. Empty
+/// where nobody can tell.
 std::string written_text(const std::string& item_key) {
   const std::string start = machine_start();
   return start.empty() || item_key.empty() ? "" : item_key + "\n" + start + "\n";

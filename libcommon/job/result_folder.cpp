@@ -16,7 +16,7 @@ namespace {
 struct Manifest {
   std::string_view file;
   std::string_view
-      says;  ///< What stands in its first lines: "unlight.json" and "report.json" may be something else, of the user's.
+      says;  ///< Words of its first lines: "unlight.json" and "report.json" may be something else, of the user's.
 };
 constexpr std::array kManifests{Manifest{"history.json", "patinate.history"},
                                 Manifest{"transfer.json", "patinate.transfer"},

@@ -46,7 +46,7 @@ struct OpenFile {
   AVStream* stream = nullptr;
 };
 
-/// What the container says of color, where the pictures say nothing.
+/// Color that the container states, where the pictures say nothing.
 struct ContainerColor {
   AVColorPrimaries primaries = AVCOL_PRI_UNSPECIFIED;
   AVColorTransferCharacteristic transfer = AVCOL_TRC_UNSPECIFIED;
@@ -161,7 +161,7 @@ void check_dolby_vision(const AVStream* stream) {
     throw InvalidInput("is Dolby Vision of profile 5, which is not read; convert it to HLG or BT.709");
 }
 
-/// What pixels become: 8 or 16 bits, with alpha where the movie has a plane of it.
+/// Format of the decoded pixels: 8 or 16 bits, with alpha where the movie has a plane of it.
 struct Target {
   AVPixelFormat format = AV_PIX_FMT_RGB24;
   int channels = 3;

@@ -32,7 +32,7 @@ OIIO::ImageSpec open_hints(bool has_raw_color) {
   return hints;
 }
 
-/// What OpenImageIO says of pixels that it nevertheless counts as read: rows that are missing (TIFF, JPEG, IFF), but
+/// Tells losses that OpenImageIO nevertheless counts as read: rows that are missing (TIFF, JPEG, IFF), but
 /// for JPEG also what cameras do that costs no pixel. @param problem  Lines of text.
 bool is_loss(const std::string& problem, std::string_view format) {
   if (format != "jpeg") return !problem.empty();
@@ -56,7 +56,7 @@ OIIO::TypeDesc type_desc(CodedImage::Type type) {
   return OIIO::TypeDesc::FLOAT;
 }
 
-/// What the photograph's EXIF data says; numbers that make no sense count as not said.
+/// Exposure in the photograph's EXIF data; numbers that make no sense count as not said.
 ImageExposure exposure_of(const OIIO::ImageSpec& spec) {
   const auto number = [&](const char* name) {
     const double value = static_cast<double>(spec.get_float_attribute(name));
@@ -89,7 +89,7 @@ std::string exif_date(const OIIO::ImageSpec& spec, const std::string& kind) {
   return date + (fraction.empty() ? "" : "." + fraction) + offset;
 }
 
-/// What is to be decoded, its bytes made.
+/// Blank picture to decode into, its bytes made.
 CodedImage blank(const OIIO::ImageSpec& spec, int height) {
   CodedImage coded{spec.width, height, spec.nchannels, CodedImage::Type::Float, -1, {}};
   if (spec.format == OIIO::TypeDesc::UINT8) coded.type = CodedImage::Type::UInt8;
@@ -122,7 +122,7 @@ void require_readable(const std::filesystem::path& path, const OIIO::ImageInput&
     throw IoError(path.string(), "is a CMYK TIFF of floating point numbers, which is not read; save it with 16 bits");
 }
 
-/// Which subimages of a file are pictures, and what the others are.
+/// Subimages of a file that are pictures, and what the others are.
 struct FilePages {
   std::vector<int> pictures;  ///< Empty: all.
   std::string text;

@@ -1,4 +1,4 @@
-// What the module `patinate-media` and the library `patinate::media` give: see libcommon/image/media_module.h.
+// Entry of the module `patinate-media` and the library `patinate::media`: see libcommon/image/media_module.h.
 #include "libcommon/media/libav.h"
 #include "libcommon/media/oiio.h"
 

@@ -51,7 +51,7 @@ bool is_unsigned(int type) {
          type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
 }
 
-/// Of all buffers.
+/// Number of bytes of all buffers.
 std::size_t num_bytes(const tinygltf::Model& model) {
   std::size_t sum = 0;
   for (const tinygltf::Buffer& buffer : model.buffers) sum += buffer.data.size();

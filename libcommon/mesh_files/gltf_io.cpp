@@ -36,7 +36,7 @@ Eigen::Matrix3d normal_matrix(const Eigen::Matrix3d& a) {
   return a.determinant() < 0.0 ? Eigen::Matrix3d(-cofactors) : cofactors;
 }
 
-/// What moves the vertices of a node: itself, or the joints of its skin.
+/// Transforms that move the vertices of a node: its own, or those of the joints of its skin.
 struct Placement {
   Matrix4 scene_from_node;
   std::vector<Matrix4> scene_from_bind;  ///< One a joint; empty: there is no skin.

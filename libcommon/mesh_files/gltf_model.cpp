@@ -23,7 +23,7 @@ bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, c
   return true;
 }
 
-/// What a glTF names is read as everything else is, and its names stand for nothing but themselves.
+/// Reads files that a glTF names as everything else is read; names stand for nothing but themselves.
 tinygltf::FsCallbacks files_beside(std::string* outside) {
   tinygltf::FsCallbacks callbacks{};
   callbacks.FileExists = [](const std::string& path, void* kept) {

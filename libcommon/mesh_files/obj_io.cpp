@@ -202,7 +202,7 @@ class ObjReader {
   std::vector<Vec3> positions_, normals_;
   std::vector<Vec2> uvs_;
   std::vector<MeshBuilder::Corner> corners_;
-  std::vector<std::size_t> polygon_;  ///< The same corners as indices of positions.
+  std::vector<std::size_t> polygon_;  ///< Corners as indices of positions.
   bool is_cloud_ = false;
   bool has_other_normal_indices_ = false;  ///< Some corner has a normal of another index than its position.
   std::vector<std::vector<std::size_t>> polygons_;

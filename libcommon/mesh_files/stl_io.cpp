@@ -42,7 +42,7 @@ class Words {
     rest_.remove_prefix(size);
     return word;
   }
-  /// What is left of the line, without blanks around it.
+  /// Rest of the line, without blanks around it.
   std::string_view rest_of_line() {
     std::string_view line = rest_.substr(0, rest_.find_first_of("\r\n"));
     rest_.remove_prefix(line.size());

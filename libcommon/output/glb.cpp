@@ -33,7 +33,7 @@ struct VertexBuffers {
   std::vector<std::vector<std::uint32_t>> indices;
 };
 
-/// Of the triangles of one object. @param origin  Of the positions. @param tangents  Null: vertices have none.
+/// Buffers of the triangles of one object. @param origin  Of the positions. @param tangents  Null: vertices have none.
 VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, const GlbObjects& objects, std::size_t object,
                            const Vec3& origin, double scale, const CornerTangents* tangents) {
   VertexBuffers buffers;
@@ -92,7 +92,7 @@ GlbTexture roughness_map(const GlbTexture& gloss, bool has_metal) {
   return map;
 }
 
-/// Of a whole image; `image` must outlive it.
+/// Texture of a whole image; `image` must outlive it.
 GlbTexture whole(const ImageU8& image) {
   return {image.width(), image.height(), image.channels(), [&image](const auto& write) { write(image.values()); }};
 }
@@ -161,7 +161,7 @@ void check_glb(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbApp
   if (!(options.roughness >= 0.0 && options.roughness <= 1.0)) throw InvalidInput("glb: roughness must be in [0, 1]");
 }
 
-/// Of nodes and meshes.
+/// Names of nodes and meshes.
 std::vector<std::string> object_names(const GlbOptions& options) {
   return options.objects.names.empty() ? std::vector<std::string>{options.name} : options.objects.names;
 }

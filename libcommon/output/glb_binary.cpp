@@ -12,7 +12,7 @@ namespace patinate {
 
 namespace {
 
-/// What an encoder writes, in order, is passed on to a function.
+/// Passes an encoder's output, in order, to a function.
 class Pipe final : public ByteSink {
  public:
   explicit Pipe(std::function<bool(const void*, std::size_t)> append) : append_(std::move(append)) {}

@@ -38,7 +38,7 @@ KeyLight::Ray KeyLight::toward(const Vec3& point, const Vec3& place) const {
   const Vec3 way = middle_ + distance_ * point - place;
   const double distance = way.norm();
   Ray ray{.direction = way / distance, .strength = strength_of(distance_ * point, distance), .distance = distance};
-  // Of a disc that sends as much in every direction.
+  // Light of a disc that sends as much in every direction.
   const double side = distance_ * radius_, slant = std::abs(ray.direction.dot(direction_));
   ray.density = radius_ > 0.0 ? distance * distance / (std::numbers::pi * side * side * slant)
                               : std::numeric_limits<double>::infinity();

@@ -9,7 +9,7 @@ namespace patinate {
 
 namespace {
 
-/// As an attribute's value.
+/// Escapes an attribute's value.
 std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {

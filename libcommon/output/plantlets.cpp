@@ -58,7 +58,7 @@ int plant_kind(double tone, double chance) {
   return std::min(static_cast<int>(kNumPlantKinds * (0.75 * tone + 0.25 * chance)), kNumPlantKinds - 1);
 }
 
-/// Of leaves, linear: from olive through green to yellow.
+/// Color of leaves, linear: from olive through green to yellow.
 Vec3 tone_color(double tone) {
   const Vec3 olive(0.085, 0.085, 0.022), green(0.085, 0.165, 0.026), yellow(0.210, 0.260, 0.045);
   return tone < 0.5 ? Vec3(olive + 2.0 * tone * (green - olive)) : Vec3(green + (2.0 * tone - 1.0) * (yellow - green));

@@ -23,7 +23,7 @@ Vec3 film_normal(const SeenPoint& p) {
   return n.norm() > 1e-6 ? Vec3(n.normalized()) : p.normal;
 }
 
-// What a dielectric reflects at normal incidence when water is on it in place of air.
+// Reflectance of a dielectric at normal incidence when water is on it in place of air.
 double under_water(double f0) {
   const double root = std::sqrt(std::clamp(f0, 0.0, 0.99)), index = (1.0 + root) / (1.0 - root);
   const double ratio = (index - kWaterIndex) / (index + kWaterIndex);

@@ -30,7 +30,7 @@ constexpr std::int64_t kSurfaceRowsAChunk = 2;
 constexpr std::uint32_t kPixel = 33;  // Purpose of random streams.
 constexpr double kGolden = 0.6180339887498949;
 
-/// What one ray of the camera may use of its pixel's sequences.
+/// Draws that one ray of the camera may use of its pixel's sequences.
 struct Draws {
   std::array<LightField::Lamp, kLampRays> lamps = {};
   std::array<Vec2, kMirrorRays> mirrors = {};
@@ -160,7 +160,7 @@ class Painter {
 
   static double balance(double mine, double other) { return std::isinf(mine) ? 1.0 : mine / (mine + other); }
 
-  // What the rough mirror shows: one of its rays, one bounce.
+  // Light of the rough mirror: one of its rays, one bounce.
   [[nodiscard]] Vec3 mirrored(const SeenPoint& p, const SurfaceMaterial& material, const Draws& draws, int i,
                               int mirrors) const {
     Vec3 direction = material.sample(draws.mirrors[i], draws.choices[i]);
@@ -186,7 +186,7 @@ class Painter {
     return weight.cwiseProduct(light + of_lamp);
   }
 
-  // What another surface sends into the mirror: its own mirror counts as dull.
+  // Light that another surface sends into the mirror: its own mirror counts as dull.
   [[nodiscard]] Vec3 second(const SeenPoint& p, const Draws& draws) const {
     Vec3 light = p.open * light_.smooth_on(p.normal);
     if (light_.has_lamps()) {

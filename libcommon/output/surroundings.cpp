@@ -78,7 +78,7 @@ std::array<double, 9> harmonics(const Vec3& d) {
           0.546274 * (d.x() * d.x() - d.y() * d.y())};
 }
 
-// What a cosine lobe keeps of each band, over pi.
+// Share of each band that a cosine lobe keeps, over pi.
 constexpr std::array<double, 9> kCosineShare = {1.0, 2.0 / 3, 2.0 / 3, 2.0 / 3, 0.25, 0.25, 0.25, 0.25, 0.25};
 
 }  // namespace

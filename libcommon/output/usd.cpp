@@ -49,7 +49,7 @@ class UsdzArchive {
   std::vector<Entry> entries_;
 };
 
-constexpr std::uint64_t kAlignment = 64;  // What USDZ asks for.
+constexpr std::uint64_t kAlignment = 64;  // Alignment that USDZ asks for.
 constexpr std::uint64_t kLargest = 0xFFFFFFFFu;
 constexpr std::uint32_t kFirstDay = 0x0021;  // 1980-01-01: zip knows no "none".
 

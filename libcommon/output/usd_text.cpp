@@ -91,7 +91,7 @@ std::string root_name(const UsdOptions& options) {
   return prim_name(options.name, none);
 }
 
-/// Of the subsets of faces that show a tile, one a tile.
+/// Names of the subsets of faces that show a tile, one a tile.
 std::vector<std::string> subset_names(const GlbTiles& tiles) {
   std::set<std::string> taken;
   std::vector<std::string> names;

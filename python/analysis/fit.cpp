@@ -122,7 +122,7 @@ py::dict minimized(const std::vector<analysis::FitParameter>& parameters, const 
   return out;
 }
 
-/// What a Python function says of an object, from a thread that does not hold the interpreter's lock.
+/// Value that a Python function gives an object, from a thread that does not hold the interpreter's lock.
 template <class MakeArgument>
 double asked(const py::object& function, const MakeArgument& make) {
   const py::gil_scoped_acquire locked;
@@ -156,7 +156,7 @@ std::vector<analysis::FitTerm> terms_from(const py::object& figures) {
   return terms;
 }
 
-/// What a fit comes close to: one history or several; none of a function.
+/// Histories that a fit comes close to: one or several; none of a function.
 std::vector<std::shared_ptr<const History>> histories_from(const py::object& objective) {
   if (py::isinstance<PyHistory>(objective)) return {py::cast<const PyHistory&>(objective).value};
   if (PyCallable_Check(objective.ptr()) != 0) return {};

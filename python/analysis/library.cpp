@@ -16,7 +16,7 @@ namespace py = pybind11;
 
 namespace {
 
-/// What is compared with the library, opened where it is a path.
+/// Subject that is compared with the library, opened where it is a path.
 std::function<analysis::TextureSeries()> subject_from(const py::object& given) {
   if (std::optional<analysis::TextureSeries> series = series_in_memory(given)) return [series] { return *series; };
   if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__")) {

@@ -24,7 +24,7 @@ PointCloud cloud_from(const py::object& given, const std::string& what) {
   PointCloud cloud;
   for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
     const Vec3 point(rows.at(i, 0), rows.at(i, 1), rows.at(i, 2));
-    if (point.allFinite()) cloud.points.push_back(point);  // What a scanner did not measure is NaN.
+    if (point.allFinite()) cloud.points.push_back(point);  // Points that a scanner did not measure are NaN.
   }
   return cloud;
 }

@@ -90,7 +90,7 @@ app::RenderTask task_from(Keywords& keywords) {
   return task;
 }
 
-/// What is in memory, or the path of what is not.
+/// Sets the subject: in memory, or a path.
 void set_subject(const py::object& subject, app::RenderTask& task) {
   if (py::isinstance<PyAged>(subject))
     task.mesh = std::make_shared<const app::AgingMesh>(app::aging_mesh_of(py::cast<const PyAged&>(subject).value));

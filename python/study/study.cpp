@@ -1,4 +1,5 @@
-// What only `patinate study` asks: patinate/_study is its other half. Nothing here is for users of the module.
+// Questions that only `patinate study` asks: patinate/_study is its other half. Nothing here is for users of the
+// module.
 #include <pybind11/stl.h>
 
 #include <cmath>

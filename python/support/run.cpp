@@ -58,7 +58,7 @@ class Worker {
     } catch (...) {
       problem_ = std::current_exception();
     }
-    work = {};  // What it held is free again before anyone goes on.
+    work = {};  // Its memory is free again before anyone goes on.
     const std::lock_guard lock(mutex_);
     is_done_ = true;
     is_over_.notify_one();

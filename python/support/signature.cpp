@@ -128,7 +128,7 @@ FunctionText& FunctionText::raises(std::string text) {
 }
 
 std::string FunctionText::docstring() const {
-  // What stands before "--" is what inspect.signature() parses; help() shows the rest.
+  // Text before "--" is what inspect.signature() parses; help() shows the rest.
   std::string signature = is_method_ ? "self" : "", body;  // "$self" would be dropped twice of a bound method.
   const auto more = [&](const std::string& text) { signature += (signature.empty() ? "" : ", ") + text; };
   for (const ParameterText& p : positional_) {

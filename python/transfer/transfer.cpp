@@ -32,7 +32,8 @@ using AgedClass = py::class_<PyAged>;
 /// Controls as they were asked for: words, or a map for a control of the history.
 struct AskedControls {
   std::vector<transfer::ControlSpec> specs;
-  std::vector<std::shared_ptr<ControlMap>> maps;  ///< As many; nullptr where the destination says how it is made.
+  std::vector<std::shared_ptr<ControlMap>>
+      maps;  ///< A map for each; nullptr where the destination says how it is made.
 };
 
 /// A ControlMap, or values H x W in [0, 1].
@@ -149,7 +150,7 @@ py::object tiles_of(ImageF values, const Sheet& sheet) {
   return out;
 }
 
-/// As tiles_of(), each tile with the times as its first axis.
+/// Textures as tiles_of(), each tile with the times as its first axis.
 py::object textures_at(const std::shared_ptr<const transfer::AgedMesh>& aged, const std::vector<double>& times,
                        const SamplingOptions& options, const RunArguments& run) {
   const Sheet& sheet = aged->sheet();

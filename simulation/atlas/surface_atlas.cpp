@@ -21,7 +21,7 @@ void check_overlap(const SceneMesh& scene_mesh, const TexelMap& map) {
     return static_cast<double>(of.num_overlapping()) > kMaxOverlap * static_cast<double>(of.num_covered());
   };
   if (!overlaps(map)) return;
-  // Which object it is: each alone on a grid of its own.
+  // Name of the object: each alone on a grid of its own.
   std::string names;
   for (std::size_t i = 0; i < scene_mesh.mesh.surfaces.size(); ++i) {
     const std::string& name = scene_mesh.mesh.surfaces[i].node;

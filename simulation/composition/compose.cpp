@@ -24,7 +24,7 @@ bool differ(const std::uint16_t* a, const std::uint16_t* b) {
   return difference != 0;
 }
 
-/// Which edges of a tile differ: bits for right, left, lower and upper.
+/// Edges of a tile that differ: bits for right, left, lower and upper.
 unsigned changed_edges(const std::int32_t* a, const std::int32_t* b) {
   std::int32_t right = 0, left = 0, below = 0, above = 0;
   for (int l = 0; l < 8; ++l) {
@@ -126,7 +126,7 @@ void Composer::State::read_originals(const MaterialAtlas& atlas) {
 
 void Composer::State::prepare(const MaterialAtlas& atlas, TileIndex tile, TileInput& in) {
   const std::uint16_t object = base.object(tile);
-  // What a texel that is not covered has does not count.
+  // Amounts of uncovered texels do not count.
   const bool has_shared = has_shared_originals(tile);
   ComposeTask& task = in.task;
   task = ComposeTask{};
@@ -290,7 +290,7 @@ std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<c
     throw InvalidInput("the atlas is not that of the composer");
   }
   s.bring_back();
-  s.there.reset();  // What it has is old from now on.
+  s.there.reset();  // Its content is old from now on.
   const bool is_all = s.is_all_dirty;
   std::vector<TileIndex> tiles;
   for (const TileIndex tile : is_all ? std::span<const TileIndex>() : dirty) {

@@ -23,7 +23,7 @@ device::Program build(const Device& device) {
   return device.build("composition", sources);
 }
 
-/// What tiles look like when new, each kind of tile once.
+/// Appearance of new tiles, each kind of tile once.
 struct Bases {
   std::vector<TileFacts> facts;
   std::vector<std::uint16_t> originals;
@@ -86,7 +86,7 @@ struct DeviceComposition::State {
   device::Kernel compose, normals, gather;
   ComposeCall call;
   std::size_t num_groups;
-  std::uint32_t brought_back = 0;  ///< What calls until this one have changed is here.
+  std::uint32_t brought_back = 0;  ///< Changes by calls until this one are on the host.
   Buffer<QuantizedAppearance> looks;
   Buffer<std::uint16_t> originals, pictures;
   Buffer<std::uint8_t> grains, srgb, normals_there;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kOctaves = 3;         ///< See docs/algorithms/composition.md, Grain.
 constexpr double kFine = 8.0;       ///< The coarse half's length over the fine half's.
-constexpr double kMinTexels = 2.0;  ///< What is shorter cannot be shown.
+constexpr double kMinTexels = 2.0;  ///< Shorter waves cannot be shown.
 
 }  // namespace
 

@@ -13,7 +13,7 @@ namespace {
 
 double wrapped(double x, int n) { return x - std::floor(x / n) * n; }
 
-/// Of three channels, finite, [0, 1].
+/// Checked image of three channels, finite, [0, 1].
 ImageF usable(const ImageF& image) {
   ImageF out(image.width(), image.height(), 3);
   for (int y = 0; y < image.height(); ++y) {

@@ -28,7 +28,7 @@ std::vector<std::uint32_t> loads_of(const Scene& scene, double contact_area, int
   return loads;
 }
 
-/// What is half taken over is no state to stop in.
+/// Control that cannot stop halfway through a copy.
 RunControl unstoppable(const RunControl& control) {
   RunControl threads;
   threads.num_threads = control.num_threads;

@@ -1,4 +1,4 @@
-// What a simulation shows as images: amounts, what maps counted, what was met, and what is covered.
+// Images of a simulation: amounts, what maps counted, what was met, and what is covered.
 #include <algorithm>
 #include <cmath>
 #include <optional>

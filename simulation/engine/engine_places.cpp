@@ -1,4 +1,4 @@
-// What follows when objects are moved, turned or scaled while a simulation runs.
+// Consequences of objects that are moved, turned or scaled while a simulation runs.
 #include <array>
 #include <cstdint>
 #include <cstdlib>
@@ -14,7 +14,7 @@ namespace {
 
 using Masses = std::array<std::int64_t, kMaxMaterials>;
 
-/// What has come onto the surfaces since the start, in the present weights.
+/// Mass that has come onto the surfaces since the start, in the present weights.
 Masses mass_since_start(const MaterialAtlas& atlas, const RunControl& control) {
   const SurfaceAtlas& surface = atlas.surface();
   return parallel_reduce(

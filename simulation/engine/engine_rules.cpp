@@ -7,7 +7,7 @@ namespace patinate::simulation {
 
 namespace {
 
-/// What drivers ask for beside materials.
+/// Parameters that drivers ask for beside materials.
 std::vector<std::string> parameter_names(std::span<const Rule> rules, const Scene& scene) {
   const std::vector<std::string> maps = map_names(scene);
   std::vector<std::string> names;

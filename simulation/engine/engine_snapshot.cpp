@@ -156,7 +156,7 @@ void read_ledger(ByteReader& in, MassLedger& ledger) {
   }
 }
 
-/// What a gammaton may name is there. @throws InvalidInput
+/// Checks that all that gammatons name is there. @throws InvalidInput
 void check_gammatons(const Gammatons& g, std::size_t num, const Scene& scene, int num_triangles) {
   bool is_right = g.state.size() == num && g.is_front.size() == num && g.emitter.size() == num &&
                   g.num_births.size() == num && g.triangle.size() == num && g.b1.size() == num && g.b2.size() == num &&

@@ -1,4 +1,4 @@
-// What the weather makes of emitters.
+// Emitters under the weather.
 #include <Eigen/Geometry>
 #include <algorithm>
 

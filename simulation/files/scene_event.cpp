@@ -11,7 +11,7 @@ namespace patinate::simulation {
 
 namespace {
 
-/// What events may speak of, without meshes and pictures: a brush sends many.
+/// Names that events may speak of, without meshes and pictures: a brush sends many.
 Scene names_in(const Scene& scene) {
   Scene names;
   names.materials = scene.materials;

@@ -40,7 +40,7 @@ std::string read_emitter_name(JsonReader& json, const Scene& scene) {
   return name;
 }
 
-/// The same of an object.
+/// Name of an object.
 std::string read_object_name(JsonReader& json, const Scene& scene) {
   std::string name = json.member("target").string();
   check_target(json.member("target"), name, names_of(scene.objects), "an object");

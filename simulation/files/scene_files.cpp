@@ -88,7 +88,7 @@ class CopyPlanner {
       const auto same = places_by_key_.find(key + plain_name(file));
       if (same != places_by_key_.end()) return same->second;
     }
-    // What names files of its own is in a folder with them, where its names still hold.
+    // A file that names files of its own is in a folder with them, where its names still hold.
     const fs::path inside = buffers.empty() ? fs::path() : fs::path(free_name(plain_name(file.stem()), ""));
     const fs::path to = inside / (buffers.empty() ? free_name(plain_name(file.stem()),
                                                               plain_name(file).substr(plain_name(file.stem()).size()))

@@ -79,7 +79,7 @@ std::vector<MaterialAppearance> read_appearance(JsonReader& json, const Json& ro
   return appearance;
 }
 
-/// What `read` gives, or gave before under this key.
+/// Result of `read`, also from an earlier call under this key.
 template <class T, class Read>
 T asset(std::mutex& mutex, std::map<std::string, T>& assets, const std::string& key, Read&& read) {
   {

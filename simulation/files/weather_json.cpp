@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMaxRows = 1'000'000;
 constexpr std::uint64_t kMaxBytes = std::uint64_t{128} << 20;
 
-/// What a row may say beside its time: the weather's signals, then where the wind comes from.
+/// Values of a row beside its time: the weather's signals, then where the wind comes from.
 constexpr std::size_t kDirection = kNumWeatherSignals;
 constexpr std::size_t kNumFields = kNumWeatherSignals + 1;
 constexpr std::array<std::string_view, kNumFields> kFieldNames{"rain",     "temperature", "humidity",
@@ -54,7 +54,7 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// Of a CSV: its columns and where they stand.
+/// Table of a CSV: its columns and where they stand.
 class WeatherTable {
  public:
   WeatherTable(fs::path path, TimeUnit unit) : path_(std::move(path)), unit_(unit) {}

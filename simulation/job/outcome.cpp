@@ -114,8 +114,8 @@ std::vector<ObjectOutcome> outcome_of(Simulation& simulation, const ImageF& befo
 
 namespace {
 
-/// What makes something visible where it changed by at most `most`. What rules make counts where it has more to grow
-/// than the color: a film of water shows, too.
+/// Cure that makes something visible where it changed by at most `most`. What rules make counts where it has more to
+/// grow than the color: a film of water shows, too.
 std::string cure_of(const std::vector<ObjectOutcome>& outcome, double most) {
   std::string made;
   double share = 0.0;

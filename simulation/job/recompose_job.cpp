@@ -118,7 +118,7 @@ void write_recomposed_history(const RecomposeWork& work, const fs::path& folder)
   writer.finish();
 }
 
-/// What the look has nothing to do with.
+/// Copies what does not depend on the look.
 void copy_from_source(const RecomposeWork& work, const fs::path& folder) {
   for (const char* name : {"atlas.exr", "controls"}) {
     std::error_code error;
@@ -130,7 +130,7 @@ void copy_from_source(const RecomposeWork& work, const fs::path& folder) {
   }
 }
 
-/// Of the new look; where gammatons never were is as it was.
+/// Outcome of the new look; where gammatons never were is as it was.
 Json new_outcome(const RecomposeWork& work, Simulation& simulation, const fs::path& folder, const RunControl& control) {
   std::vector<ObjectOutcome> outcome = outcome_of(simulation, first_color(folder), control);
   const Json& before = work.record.at("outcome").at("objects");

@@ -304,7 +304,7 @@ JobPlan plan_saved_simulation(SceneFile scene, const SimulationOptions& options,
 
 namespace {
 
-/// Of the scene that the folder holds.
+/// Changed files of the scene that the folder holds.
 std::string changed_files(const SimulationManifest& manifest) {
   std::string names;
   for (const auto& [name, key] : manifest.scene_files) {

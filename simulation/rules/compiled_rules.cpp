@@ -46,7 +46,7 @@ std::size_t signal_index(std::string_view name) {
   return signal ? 1 + static_cast<std::size_t>(*signal) : 0;
 }
 
-/// What is known of a value: which materials (bits by slot) make it 0 where there is none of them, and whether it is
+/// Known facts of a value: which materials (bits by slot) make it 0 where there is none of them, and whether it is
 /// ever negative.
 struct Sign {
   std::uint32_t zero_without = 0;

@@ -110,7 +110,7 @@ RuleAsset read_asset(JsonReader& json) {
   return asset;
 }
 
-/// What `make` gives; what is wrong is said of this place.
+/// Result of `make`; its errors name this place.
 template <class Make>
 auto at_place(const JsonReader& json, Make&& make) {
   try {

@@ -37,7 +37,7 @@ struct alignas(64) BlockOf64 {
   std::array<float, TileGrid::kTileTexels> values;
 };
 
-/// What one thread works with; which thread it is shows in no result.
+/// Data of one thread; which thread it is shows in no result.
 struct Worker {
   std::vector<BlockOf64> slots;                      ///< Materials, parameters, then the programs' own.
   std::vector<std::array<std::int32_t, 64>> quanta;  ///< By material.
@@ -88,7 +88,7 @@ struct RuleEngine::State : CompiledRules {
   std::size_t due_tiles(std::int64_t chunk, int phase, TileIndex* tiles) const;
   void begin(Worker& worker, const SignalValues& signals) const;
   void age_chunk(std::int64_t chunk, int phase, MaterialAtlas& atlas, Worker& worker);
-  /// Of a tile that was aged.
+  /// Settles a tile that was aged.
   void settle(std::int64_t chunk, TileIndex tile, bool has_extent, bool is_dirty);
   /// Asks memory for what load() will read: tiles that are due at once lie a kilobyte apart, which no processor
   /// guesses.
@@ -156,7 +156,7 @@ SignalValues RuleEngine::State::signals_over(std::int64_t iteration, std::int64_
   return signals;
 }
 
-/// What sleeps may have something to do under other weather. Before the first step everything is awake.
+/// Wakes what may have something to do under other weather. Before the first step everything is awake.
 void RuleEngine::State::wake_on_change(const SignalValues& signals) {
   bool has_changed = false;
   for (std::size_t k = 1; k < kNumSignals; ++k)

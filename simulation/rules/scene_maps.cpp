@@ -40,7 +40,7 @@ SurfaceParameter coded_by_tile(std::string name, const SurfaceAtlas& surface, co
   return {.name = std::move(name), .values = std::move(codes)};
 }
 
-/// The same. @param value  Of (texel, object).
+/// Map of a function. @param value  Of (texel, object).
 template <class Value>
 SurfaceParameter coded(std::string name, const SurfaceAtlas& surface, const RunControl& control, Value&& value) {
   return coded_by_tile(std::move(name), surface, control,

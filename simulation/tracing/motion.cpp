@@ -204,9 +204,9 @@ struct GammatonTracer::Impl {
   const SurfaceAtlas* surface;
   RayTracer rays;
   TriangleFrames frames;
-  std::shared_ptr<const SurfaceLinks> links;  ///< The same wherever the objects stand.
+  std::shared_ptr<const SurfaceLinks> links;  ///< Equal wherever the objects stand.
   FreeSpace free_space;
-  /// What all gammatons of a call share.
+  /// Scene that all gammatons of a call share.
   MotionScene motion(const Scene& scene, const WetPaths* wet = nullptr) {
     if (!clearance || clearance->height_mm() != scene.tracing.epsilon_mm) {
       clearance.emplace(rays, frames, mesh->mesh.num_triangles(), scene.tracing.epsilon_mm);

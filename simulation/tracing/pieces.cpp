@@ -57,7 +57,7 @@ struct Polygon {
   std::size_t size = 0;
 };
 
-/// What is left of a polygon where value(corner) >= 0.
+/// Part of a polygon where value(corner) >= 0.
 template <class Value>
 Polygon cut(const Polygon& polygon, Value&& value) {
   Polygon left;
@@ -87,7 +87,7 @@ using random_kernel::random_next;
 using random_kernel::random_state;
 using random_kernel::RandomState;
 
-// What the kernels below leave to whoever includes them.
+// Types that the kernels below leave to whoever includes them.
 struct Surroundings;
 using Clear = Clearance*;
 using Wet = const WetPaths*;

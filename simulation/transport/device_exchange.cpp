@@ -45,7 +45,7 @@ device::Program build(const Device& device) {
   return device.build("exchange", sources);
 }
 
-/// Which stencils there are, by size.
+/// Stencils by size.
 struct Stencils {
   std::vector<StencilFacts> facts;
   std::vector<StencilPart> parts;

@@ -24,7 +24,7 @@ constexpr std::int64_t kPlaceChunk = 4096;  ///< Contacts.
 constexpr std::int64_t kShapesAhead = 16;   ///< Contacts that memory is asked for before their turn.
 constexpr std::size_t kFew = 64;            ///< Contacts or pieces that one thread is done with before another begins.
 
-/// Of a splat, in texels of the median size: 3 and 5 are those that one and two steps of a walk reach.
+/// Width of a splat, in texels of the median size: 3 and 5 are those that one and two steps of a walk reach.
 double width_of(const ExchangeOptions& options, const SurfaceAtlas& surface) {
   if (options.splat_mm > 0.0) return options.splat_mm / surface.median_texel_size_mm();
   return options.splat_texels == 5 ? 3.0 * std::numbers::sqrt2 : options.splat_texels;

@@ -46,7 +46,7 @@ std::size_t append_trail(const SplatShape& shape, const Trail& trail, PartSums& 
 
 }  // namespace
 
-/// Of some contacts: parts, and how many each has in first_piece_ of the next.
+/// Appends parts of some contacts, and how many each has in first_piece_ of the next.
 void Pieces::append_parts(const WideContacts& of, std::size_t begin, std::size_t end, std::vector<SplatPart>& parts) {
   const bool is_deposit = !of.endings.empty();
   PartSums sums;

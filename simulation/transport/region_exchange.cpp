@@ -85,7 +85,7 @@ class RegionExchange {
     if (call_.maps) record(place, pages, lanes);
   }
 
-  /// The same for a splat of few texels, one after the other: lanes take longer to lay out than those to exchange.
+  /// Exchanges a splat of few texels, one after the other: lanes take longer to lay out than those to exchange.
   void exchange_few(const Contact& contact, int size) {
     const std::size_t num_parts = lay_few(contact.texel, size);
     Masses& cargo = call_.cargo.mass[contact.gammaton];

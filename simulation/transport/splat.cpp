@@ -17,7 +17,7 @@ namespace {
 constexpr int kMaxSize = transfer_kernel::kMaxVariance;
 constexpr int kReach = 15;  // texels that a stencil goes to each side
 
-/// What the walk leaves in a plane; the middle first. Alike under turns and reflections.
+/// Shares that the walk leaves in a plane; the middle first. Alike under turns and reflections.
 SplatStencil make_stencil(int size) {
   constexpr int kSide = 2 * kReach + 3;  // with a rim that is walked onto and not counted
   const auto at = [](int x, int y) { return static_cast<std::size_t>((y + kReach + 1) * kSide + x + kReach + 1); };

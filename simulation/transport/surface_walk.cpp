@@ -74,7 +74,7 @@ class Neighborhood {
     double flow;
   };
 
-  /// Of what is on a texel, over a link, as a multiple of what goes between two whole texels.
+  /// Flow over a link of what is on a texel, as a multiple of what goes between two whole texels.
   static double flow(const SurfaceAtlas& surface, TexelIndex from, const SurfaceAtlas::Link& link) {
     const std::uint32_t weight = surface.weight(from), other = surface.weight(link.texel);
     const std::uint32_t whole =

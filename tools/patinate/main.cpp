@@ -63,7 +63,7 @@ int guarded_main(const std::vector<std::string>& arguments) {
   } catch (const Canceled&) {
     return report_interruption();
   } catch (...) {
-    if (source.stop_requested()) return report_interruption();  // What ends at once may fail in any way.
+    if (source.stop_requested()) return report_interruption();  // Errors after an interruption may have any form.
     const app::Failure failure = app::current_failure();
     print_error(failure.message);
     return failure.code;

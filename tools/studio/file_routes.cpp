@@ -1,4 +1,4 @@
-// What lies on the disk: /api/places, /api/preview, /api/file.
+// Routes to files on the disk: /api/places, /api/preview, /api/file.
 #include <algorithm>
 #include <array>
 #include <limits>

@@ -1,4 +1,4 @@
-// What clients ask of a running scene: a table from `op` to what it does.
+// Commands of clients to a running scene: a table from `op` to what it does.
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// What a running scene has done, and what it leaves on the disk: a scene file, textures, GLB, parameter maps, a
+// Outcome of a running scene, and its files on the disk: a scene file, textures, GLB, parameter maps, a
 // history.
 #include <algorithm>
 #include <array>
@@ -35,7 +35,7 @@ void make_history(const fs::path& scene, const fs::path& output, simulation::Col
 void LiveEngine::save(const std::string& name) {
   const fs::path path = folder_.new_path(name);
   if (path.extension() != ".json") throw InvalidInput("\"" + name + "\": a scene file ends in .json");
-  catch_up();  // What was drawn is in the file, painted already or not.
+  catch_up();  // Drawn strokes are in the file, painted already or not.
   save_json(path, record_.file_for(path.parent_path(), iteration()));
 }
 
@@ -103,7 +103,7 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
 
 /// Colors, amounts and places never met since the start of the scene.
 Json LiveEngine::outcome() {
-  refresh();  // What is composed below is what clients get to see.
+  refresh();  // Clients get to see what is composed below.
   ImageF before(start_color_.width(), start_color_.height(), 3);
   for (std::size_t i = 0; i < before.values().size(); ++i)
     before.values()[i] = linear_from_srgb(static_cast<float>(start_color_.values()[i]) / 255.0f);

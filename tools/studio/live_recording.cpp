@@ -1,4 +1,4 @@
-// What is done is on the disk within a second, and an earlier run's can be gone through again.
+// Recording: changes are on the disk within a second, and an earlier run's can be gone through again.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -30,7 +30,7 @@ void LiveEngine::open_recording() {
   if (!recording_->note().empty()) file_.notes.push_back(recording_->note());
 }
 
-/// What can be resumed, for clients.
+/// Recording that can be resumed, for clients.
 Json LiveEngine::recording_json() const {
   if (!recording_ || !recording_->found() || replay_ || is_resumed_) return nullptr;
   const Recording& found = *recording_->found();
@@ -70,7 +70,7 @@ void LiveEngine::resume() {
   Replay replay;
   for (const Json& event : *found.events) replay.events.push_back(std::make_shared<Json>(event));
   replay.until = found.iterations;
-  // What began where this is now resumes from here; the same bytes come of it as from the start.
+  // A recording that began where this is now resumes from here; the same bytes come of it as from the start.
   const std::int64_t first =
       replay.events.empty() ? found.iterations : (*replay.events.front())["iteration"].get<std::int64_t>();
   const bool goes_on = record_.num_events() == 0 && simulation_.num_paint_steps() == 0 &&

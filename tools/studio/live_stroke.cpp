@@ -15,7 +15,7 @@ constexpr double kSpacing = 0.25;                ///< From step to step, in widt
 constexpr double kMaxBetween = 200.0;            ///< Steps between two places, whatever the width.
 constexpr std::chrono::milliseconds kDwell{20};  ///< A brush that stays paints on, so often.
 
-/// Of a brush's mark, mm.
+/// Width of a brush's mark, mm.
 double width_of(const simulation::Emitter& brush) {
   for (const double width : {brush.size_mm[0], brush.distance_mm}) {
     if (width > 0.0) return width;
@@ -28,7 +28,7 @@ const simulation::Emitter& emitter_named(const simulation::Scene& scene, const s
                        [&](const simulation::Emitter& e) { return e.name == name; });
 }
 
-/// What a scene file holds of a coordinate in mm: enough digits to lie within a tenth of a micrometer.
+/// Coordinate in mm as a scene file holds it: enough digits to lie within a tenth of a micrometer.
 double of_file(double mm, double mm_per_unit) { return std::round(1e4 * mm) / 1e4 / mm_per_unit; }
 
 }  // namespace

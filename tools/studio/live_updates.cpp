@@ -1,4 +1,4 @@
-// What clients see: tiles, hashes, gammatons.
+// Updates that clients see: tiles, hashes, gammatons.
 #include <algorithm>
 #include <cmath>
 #include <cstring>

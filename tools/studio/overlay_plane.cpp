@@ -21,7 +21,7 @@ constexpr int kDigits = 3;
 /// The least power of two that is not below, 1 for nothing.
 double top_of(double most) { return most > 0.0 ? std::exp2(std::ceil(std::log2(most))) : 1.0; }
 
-/// Of `counts`, by root up to `top`: the value that a share lies below.
+/// Percentile of `counts`, by root up to `top`: the value that a share lies below.
 double percentile(const std::vector<std::uint32_t>& counts, std::uint64_t sum, double share, double top) {
   std::uint64_t below = 0;
   for (std::size_t i = 0; i < counts.size(); ++i) {

@@ -157,7 +157,7 @@ void RecordingFile::replace(const std::string& text) {
   own_file_ = written;
 }
 
-/// What was put aside for this one is worth more than what somebody has just gone back from.
+/// A recording that was put aside for this one is worth more than what somebody has just gone back from.
 void RecordingFile::clear() {
   if (!is_own()) return;
   std::error_code error;

@@ -376,7 +376,7 @@ void HttpServer::run(const ServerHandlers& handlers, const std::stop_token& stop
 }
 
 void HttpServer::stop() {
-  // What is being answered (the request to end, perhaps) has a moment to be sent.
+  // An answer in progress (the request to end, perhaps) has a moment to be sent.
   asio::post(state_->io, [s = state_.get()] {
     s->is_stopping = true;
     error_code ignored;

@@ -40,7 +40,7 @@ class SessionWriter {
  public:
   explicit SessionWriter(const Asked& asked) : asked_(asked) {}
 
-  /// What the server would answer to this address.
+  /// Adds the server's answer to this address.
   void add(const std::string& url, HttpResponse (*answer)(const Asked& asked)) {
     asked_.control.throw_if_stopped();
     const RequestTarget target = parse_target(url);

@@ -1,4 +1,4 @@
-// What a capture went through, step by step, with its pictures.
+// Steps that a capture went through, with their pictures.
 #include <array>
 #include <nlohmann/json.hpp>
 
@@ -71,7 +71,7 @@ Json fixed_capture_steps(const capture::CaptureProject& project, StepPictures& p
   return steps;
 }
 
-/// What registration and unlighting said of one step of a relit ingest.
+/// Text on registration and unlighting of one step of a relit ingest.
 std::string fact_text(const fs::path& file) {
   std::error_code error;
   if (!fs::is_regular_file(file, error)) return {};
@@ -86,7 +86,7 @@ std::string fact_text(const fs::path& file) {
   return text;
 }
 
-/// What an ingest left beside its history: pictures of every step (relit), or what was found in every photograph
+/// Records of an ingest beside its history: pictures of every step (relit), or what was found in every photograph
 /// (fixed).
 Json history_steps(const fs::path& folder, StepPictures& pictures) {
   Json steps = Json::array();
@@ -114,7 +114,7 @@ Json registration_steps(StepPictures& pictures) {
   return Json::array({step("Before and after", "All scans, where they were and where they are", pictures.take())});
 }
 
-/// What the others predict of a photograph, and by how much it is off.
+/// Text on what the others predict of a photograph, and by how much it is off.
 std::string light_text(const Json& lights, std::size_t i) {
   if (!lights.is_array() || i >= lights.size()) return {};
   const Json& light = lights[i];

@@ -39,7 +39,7 @@ HttpResponse secured(HttpResponse response) {
   return response;
 }
 
-/// What there is instead.
+/// Text on the places that exist instead.
 std::string known_text(const std::vector<std::string>& places) {
   constexpr std::size_t kMost = 8;
   if (places.empty()) return "nothing in this folder can be shown";

@@ -96,7 +96,7 @@ std::shared_ptr<const ImageF> SurfaceInTime::frame(int index) const {
   return image;
 }
 
-/// As sample() of history_sampling.h, to the bit.
+/// Samples as sample() of history_sampling.h, to the bit.
 ImageF SurfaceInTime::history_sample(double time, Between between) const {
   const TimePosition position = locate(*history_, time, between);
   const std::shared_ptr<const ImageF> first = frame(position.index);

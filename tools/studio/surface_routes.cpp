@@ -26,7 +26,7 @@ constexpr int kMostSide = 65536;
 constexpr double kMaxTime = 1e18;
 constexpr std::array<std::string_view, 3> kBetweenNames{"blend", "hold", "nearest"};
 
-/// What is asked for of a list; its first where nothing is.
+/// Choice from a list; its first where nothing is asked for.
 std::size_t chosen(const Asked& asked, const std::string& what, std::span<const std::string_view> names) {
   if (!asked.target.has(what)) return 0;
   const std::string name = asked.target.value(what);

@@ -28,7 +28,7 @@ constexpr int kSegment = 17, kNumDirections = 12;  // Pixels at the smallest rea
 constexpr double kAlong = 2.0;                     // Half of a square around may be lines.
 constexpr double kEnough = 0.8;                    // Share of what the best square finds.
 
-/// What the square fills: how much darker (or brighter) than its surroundings a pixel is. Exact in floats.
+/// Depth that the square fills: how much darker (or brighter) than its surroundings a pixel is. Exact in floats.
 cv::Mat filled(const cv::Mat& lightness, int reach, bool dark) {
   cv::Mat smooth;
   const cv::Mat square = cv::Mat::ones(2 * reach + 1, 2 * reach + 1, CV_8U);
@@ -89,7 +89,7 @@ cv::Mat along_lines(const cv::Mat& fill, const RunControl& control) {
   return result;
 }
 
-/// What a square fills, less where it does not go on along a line.
+/// Response of a square, less where it does not go on along a line.
 cv::Mat line_response(const cv::Mat& lightness, int reach, bool dark, const RunControl& control) {
   cv::Mat fill = filled(lightness, reach, dark), small = fill, along;
   const int factor = reach / kReaches_px[0];
@@ -137,7 +137,7 @@ LineThresholds find_thresholds(const cv::Mat& fill, const ImageU8& mask) {
           .high = std::max(high / 4.0, kMinContrast)};
 }
 
-/// What one square finds.
+/// Lines that one square finds.
 struct FoundLines {
   cv::Mat fill, all, strong;
   LineThresholds thresholds;

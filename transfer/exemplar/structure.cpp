@@ -102,7 +102,7 @@ SourceStructure structure_of(const Regions& regions, const ImageU8& mask) {
   return result;
 }
 
-/// Of a map that says where lines or regions are. @param map  H x W, [0, 1].
+/// Structure of a map that says where lines or regions are. @param map  H x W, [0, 1].
 SourceStructure structure_of_map(const ImageF& map, const ImageF& lightness, const ImageU8& mask,
                                  const RunControl& control) {
   ImageU8 is_on(map.width(), map.height());

@@ -15,7 +15,7 @@ namespace patinate::transfer {
 
 namespace {
 
-/// As files keep it. Seen from outside a piece turns against the clock as its source turns with it.
+/// Angle as files keep it. Seen from outside a piece turns against the clock as its source turns with it.
 float stored_angle(const FrameInUv& frame, std::int16_t turn) {
   return static_cast<float>(frame.angle + (frame.is_mirrored ? -radians_of(turn) : radians_of(turn)));
 }

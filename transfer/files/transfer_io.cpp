@@ -99,8 +99,8 @@ ImageF coordinate_image(const TransferResult& result, int width, int height, int
 
 namespace {
 
-/// As coordinate_image(), of a part of the atlas. @param strip  Its first texel is (x, y); its first two channels are
-/// set.
+/// Works as coordinate_image(), on a part of the atlas. @param strip  Its first texel is (x, y); its first two channels
+/// are set.
 void put_coordinates(ImageF& strip, int x, int y, const std::function<SourcePlace(TexelId t)>& place_of, int width,
                      int source_width) {
   for (int row = 0; row < strip.height(); ++row) {

@@ -74,8 +74,8 @@ constexpr DocumentKind kTransferDocument{
     .title = "patinate transfer",
     .about = "transfer.json: where each texel of a mesh's atlas takes its color from, at all times."};
 
-/// What says how the energy is measured. Options that only the search knows change from version to version and are not
-/// looked at.
+/// Options by which the energy is measured. Options that only the search knows change from version to version and are
+/// not looked at.
 TransferOptions read_measure(JsonReader json) {
   TransferOptions o;
   o.coherence_share = 0.65;

@@ -62,7 +62,7 @@ double quantile(const std::vector<float>& sorted, double fraction) {
   return here + (position - static_cast<double>(index)) * (next - here);
 }
 
-/// What is known of all values of a destination.
+/// Facts of all values of a destination.
 struct ControlValues {
   std::int64_t count = 0;  ///< > 0
   float least = 0.0f, greatest = 0.0f;

@@ -56,7 +56,7 @@ double around(const Shares& shares, std::size_t bin) {
   return sum;
 }
 
-/// Of a bin without pixels the nearest that has some.
+/// Nearest bin that has pixels, for a bin without.
 std::size_t filled_bin(const Shares& source, std::size_t bin) {
   for (std::size_t away = 0; away < kBins; ++away) {
     if (bin >= away && source[bin - away] > 0.0) return bin - away;

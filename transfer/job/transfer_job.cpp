@@ -85,7 +85,7 @@ JobPlan plan_made_by(TransferTask task, const fs::path& output, MakeResult make)
   return plan;
 }
 
-/// What the synthesis had made, as far as files keep it.
+/// Result of the synthesis, as far as files keep it.
 TransferResult result_of(const AgedMesh& aged) {
   const HistoryFacts& facts = aged.history->facts();
   const PackedPlaces places = pack_coordinates(aged.coordinates, facts.width, facts.height);

@@ -98,7 +98,7 @@ CoordinateStrips::Rows CoordinateStrips::rows_in(Room& room, int strip) const {
 }
 
 bool CoordinateStrips::read(ImageRowReader& file, int strip, const Rows& rows) const {
-  constexpr int kRows = 16;  // What EXR compresses together.
+  constexpr int kRows = 16;  // Rows that EXR compresses together.
   const GutterFill& gutters = layers_[kPixels]->gutters;
   std::vector<float> pair;
   const auto pick = [&](const ImageF& values, std::size_t first) {

@@ -28,7 +28,7 @@ RowFormat format_of(const TextureFile& texture, int num_threads) {
   return format;
 }
 
-/// What files of codes have for values.
+/// Codes of files that hold codes.
 ImageU8 codes_of(TextureKind kind, const ImageF& values) {
   if (kind == TextureKind::Color) return color_codes(values);
   ImageU8 codes(values.width(), values.height(), values.channels());

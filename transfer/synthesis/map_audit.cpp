@@ -30,7 +30,7 @@ void check_sizes(const MapToAudit& made) {
   }
 }
 
-/// What is measured against, without a destination.
+/// Source that is measured against, without a destination.
 struct Auditor {
   TransferOptions options;
   Neighborhood neighborhood;
@@ -64,7 +64,7 @@ struct Auditor {
     placement = place_source(*made.surface, made.frames, made.pixel_mm, halvings);
   }
 
-  /// Of the level, of one of the history.
+  /// Pixel of the level for one of the history.
   [[nodiscard]] std::int32_t pixel(int x, int y) const {
     return std::min(y >> halvings, level.source.height() - 1) * level.source.width() +
            std::min(x >> halvings, level.source.width() - 1);

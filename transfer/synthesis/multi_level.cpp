@@ -78,7 +78,7 @@ SimilarPixels similar_of_level(const SourceLevel& source, const SourceLevel* coa
   return is_searched ? find_similar_pixels(source, control) : refine_similar_pixels(of_coarser, *coarser, source);
 }
 
-/// Of random numbers, of a pass.
+/// Stream of random numbers of a pass.
 std::uint32_t stream_of(std::size_t level, int pass) {
   return static_cast<std::uint32_t>(200 + 32 * level + static_cast<std::size_t>(pass));
 }

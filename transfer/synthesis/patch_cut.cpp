@@ -50,7 +50,7 @@ void for_each_of(std::size_t n, std::size_t count, const Visit& visit) {
 std::int32_t PatchCut::unary(TexelId texel, const Place& place, std::int32_t from) const {
   if (place.pixel < 0) return kNever;
   const auto target = task_.destination.target(texel);
-  // What is new here is one copy more.
+  // A new place is one copy more.
   const bool is_counted = from >= 0 && task_.nearby.is_one_cell(place.pixel, from);
   const std::int32_t too_many =
       std::max(0, task_.nearby.copies(texel, place.pixel) - (is_counted ? NearbyUses::kOneCopy : 0));
@@ -226,7 +226,7 @@ std::int64_t PatchCut::lay(const SurfacePatch& patch, const PieceCenter& center)
   graph.create(static_cast<unsigned>(n), static_cast<unsigned>(2 * m));
   for (std::size_t i = 0; i < n; ++i) graph.addVtx();
   graph.addEdges(0, 1, 0, 0);                    // A graph without edges is not cut.
-  std::vector<std::int32_t> keeps(n), takes(n);  // What it costs a texel alone to stay as it is, and to change.
+  std::vector<std::int32_t> keeps(n), takes(n);  // Costs of a texel alone to stay as it is, and to change.
   for (std::size_t i = 0; i < n; ++i) {
     keeps[i] = unary_cost_[i];
     takes[i] = laid_unary[i];

@@ -52,7 +52,7 @@ std::optional<Position> mean_position(const Neighborhood& neighborhood, const Te
   return Position{window_kernel::mean_place(x, weights), window_kernel::mean_place(y, weights)};
 }
 
-/// Of 64 pixels of similar control value, the one nearest to the mean position.
+/// Center of a window: of 64 pixels of similar control value, the one nearest to the mean position.
 Position window_center(const SourceLevel& source, std::span<const std::uint16_t> target, int tolerance,
                        const std::optional<Position>& mean, RandomStream& random) {
   const auto similar = source.similar(target, tolerance);
@@ -68,7 +68,7 @@ Position window_center(const SourceLevel& source, std::span<const std::uint16_t>
   return best;
 }
 
-/// What the texel has from the pass before, and where the known neighbors would put it, the nearest first.
+/// Places of the texel from the pass before, and where the known neighbors would put it, the nearest first.
 void likely_places(const SourceLevel& source, const Neighborhood& neighborhood, const TexelCost& cost,
                    const PlaceMap& places, TexelId own, std::vector<Place>& out) {
   const search_kernel::SourceTables from = source_tables(source);
@@ -85,7 +85,7 @@ void likely_places(const SourceLevel& source, const Neighborhood& neighborhood, 
   }
 }
 
-/// What one thread needs.
+/// Data that one thread needs.
 struct Worker {
   TexelCost cost;
   std::vector<Place> likely = {};

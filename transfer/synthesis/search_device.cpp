@@ -179,18 +179,18 @@ struct SearchDevice::Level::State {
   Buffer<std::int64_t> coherence_scales, control_scales;
   Buffer<std::uint16_t> targets;
   NeighborsOnDevice neighbors;
-  // What passes change.
+  // Buffers that passes change.
   Buffer<std::uint8_t> reuse, look;
   Buffer<std::int32_t> excess;
   PlacesOnDevice places;
   Buffer<std::uint8_t> changed_near;  ///< There as long as places are.
   std::vector<std::uint8_t> read_changed;
-  // Of a set: the items whose turn it is, and what was found for each.
+  // Buffers of a set: the items whose turn it is, and what was found for each.
   Buffer<std::uint32_t> due, num_due;
   Buffer<std::int32_t> found_pixel;
   Buffer<std::int8_t> found_beside;
 
-  // As search_device.cl has them.
+  // Group sizes as search_device.cl has them.
   static constexpr std::uint64_t kGroup = 64, kSearchGroup = 32, kTexelsSummed = 64;
 
   /// Calls launch(items) for all of some texels, waiting for each: one takes some milliseconds.

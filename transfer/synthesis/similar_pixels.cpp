@@ -35,8 +35,8 @@ void look_around(const SourceLevel& source, std::int32_t pixel, double* values) 
   }
 }
 
-/// What two pixels are compared by: the leading components of what lies around them, and the first control on a scale
-/// where its spread weighs like one strong component.
+/// Features that two pixels are compared by: the leading components of what lies around them, and the first control on
+/// a scale where its spread weighs like one strong component.
 class Features {
  public:
   explicit Features(const SourceLevel& source) : source_(source) {

@@ -87,7 +87,7 @@ void PatchFinder::find_texels(TexelId center, int half_px, SurfacePatch& patch) 
     const PatchTexel from = patch.texels[i];
     const std::int32_t own = known_of(from.texel);
     for (std::size_t k = 0; k < TexelNeighborhood::kNumAdjacent; ++k) {
-      Row& row = row_of(own);  // What is found beside adds rows, which move.
+      Row& row = row_of(own);  // Rows found beside are added, and move the others.
       const PixelNeighbor n = row.neighbors[k];
       const std::int32_t beside = row.known[k];
       if (beside < 0 || known_[beside].index >= 0) continue;

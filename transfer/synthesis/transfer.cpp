@@ -76,7 +76,7 @@ std::vector<SourceStructure> structure_levels(SourceStructure structure, Transfe
   return levels;
 }
 
-/// What synthesize_multi_level() does after the passes of a level: refine_places(), where there are rounds.
+/// Refinement after the passes of a level: refine_places(), where there are rounds.
 /// @param structures,weights  Must outlive it.
 LevelRefinement refinement_of(const std::vector<SourceStructure>& structures, const TransferOptions& options,
                               const std::vector<double>& weights) {

@@ -15,7 +15,7 @@ namespace patinate::transfer {
 
 namespace {
 
-/// Of a map that says which history applies.
+/// Range of a map that says which history applies.
 ControlRange index_range(const ControlMap& made, std::size_t num_parts) {
   const double low = std::min(made.low, made.high), high = std::max(made.low, made.high);
   if (made.unit == "relative" && !(low >= 0.0 && high <= 1.0)) return {low, high, kLibraryControlUnit};

@@ -28,9 +28,9 @@ class Reach {
   /// @param cost  With a coherence scale > 0.
   explicit Reach(const TexelCost& cost)
       : reach_(window_kernel::reach_of(cost.coherence_scale(), cost.first_control_scale(), cost.first_target())) {}
-  /// Of pixels that cost at most `bound`.
+  /// Limits the search to pixels that cost at most `bound`.
   void tighten(std::int64_t bound) { limit_ = window_kernel::reach_within(&reach_, bound); }
-  /// Of controls in [low, high]: what their difference alone takes from the squared distance.
+  /// Part of the squared distance that the difference of controls in [low, high] alone takes.
   [[nodiscard]] std::int64_t taken(int low, int high) const { return window_kernel::reach_taken(&reach_, low, high); }
   [[nodiscard]] std::int64_t limit() const { return limit_; }
 
@@ -70,7 +70,7 @@ struct WindowSearch::Best {
   WindowOptimum optimum{-1, kUnbounded};
   std::vector<std::int32_t>* within = nullptr;  ///< Takes all that cost no more than the optimum, which then stays.
 
-  /// What a cost must stay below for `pixel` to win.
+  /// Bound that a cost must stay below for `pixel` to win.
   [[nodiscard]] std::int64_t bound(std::int32_t pixel) const {
     return optimum.pixel < 0 ? kUnbounded : optimum.cost + (pixel < optimum.pixel ? 1 : 0);
   }
@@ -97,10 +97,10 @@ class WindowSearch::Query {
     values_ = projection.of(around);
     for (std::size_t j = 0; j < counts_.size(); ++j) counts_[j] = (quarters >> (j / kNumQuarters) & 1U) != 0 ? -1 : 0;
   }
-  /// Of pixels that cost at most `bound`.
+  /// Limits the search to pixels that cost at most `bound`.
   void tighten(std::int64_t bound) { reach_.tighten(bound); }
   [[nodiscard]] const Reach& reach() const { return reach_; }
-  /// Of squared distances.
+  /// Limit of squared distances.
   [[nodiscard]] std::int32_t limit() const {
     return static_cast<std::int32_t>(std::min<std::int64_t>(reach_.limit(), std::numeric_limits<std::int32_t>::max()));
   }

@@ -95,7 +95,7 @@ std::string lists_text(const CommandDeclaration& command, bool is_all) {
   return text;
 }
 
-/// What --help leaves out.
+/// Text on what --help leaves out.
 std::string rest_text(const CommandDeclaration& command, std::size_t num_left_out) {
   std::string common;
   for (const ArgumentInfo& a : command.arguments) {

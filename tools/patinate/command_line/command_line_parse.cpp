@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What was given for an argument other than the output.
+/// Value that was given for an argument other than the output.
 struct GivenInput {
   std::string argument;  ///< Argument as shown: "MESH", "--time-map".
   std::string text;

@@ -58,7 +58,7 @@ bool CommandRun::parse() {
   if (line.parse(arguments_, [this] { supply_options(); })) {
     line.check();
     for (const std::string& variable : unknown_variables_) detail(variable);
-    // What would be done is told as ever.
+    // Predictions are printed as ever.
     const bool is_whole = request_ != nullptr && request_->wanted == PlanRequest::Wanted::Whole;
     if (is_whole && line.common().dry_run) request_ = nullptr;
     return true;

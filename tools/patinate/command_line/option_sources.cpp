@@ -68,7 +68,7 @@ std::string flag_text(const std::string& name, const std::string& value) {
   throw app::UsageError(name + ": found `" + value + "`; expected true or false");
 }
 
-/// What ends a run of parts of a key.
+/// Tells characters that end a run of parts of a key.
 bool ends_key(char c) { return std::string_view("\n=,[]{}").find(c) != std::string_view::npos; }
 
 /// Behind the string that begins at `at`: three quotes end one of several lines, a backslash escapes in `"` but not in

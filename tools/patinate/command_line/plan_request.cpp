@@ -25,7 +25,7 @@ void require_same_work(const PlanIdentity& identity, const std::string& key,
   std::string what = "the inputs are not what they were";
   const std::vector<JobChange> changes = changes_between(identity.depends_on, depends_on);
   if (!changes.empty()) {
-    // What is gone changes what comes after it.
+    // Missing parts change what comes after them.
     const auto gone = std::find_if(changes.begin(), changes.end(),
                                    [](const JobChange& c) { return c.kind == JobChange::Kind::Removed; });
     const JobChange& told = gone == changes.end() ? changes.front() : *gone;

@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What repeats the comparison: options that are not the default, and nothing that changes no byte. @param task  As it
-/// was given.
+/// Command that repeats the comparison: options that are not the default, and nothing that changes no byte. @param task
+/// As it was given.
 std::string compare_command(const analysis::CompareTask& task) {
   std::string text = "patinate history compare " + app::input_word(task.a) + " " + app::input_word(task.b);
   if (!task.through.empty()) text += " --through " + app::input_word(task.through);

@@ -61,7 +61,7 @@ std::vector<std::pair<std::string, std::vector<std::string>>> verbs_in(std::span
   return verbs;
 }
 
-/// What a first word does, for lists: the brief of its command, or what may stand behind it.
+/// Text on a first word, for lists: the brief of its command, or what may stand behind it.
 std::string verb_text(std::span<const CommandDeclaration> commands, const std::string& word,
                       const std::vector<std::string>& parts) {
   for (const CommandDeclaration& command : commands) {

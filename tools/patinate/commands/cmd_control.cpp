@@ -108,7 +108,7 @@ void require_each_once(std::vector<std::string> kinds) {
   if (twice != kinds.end()) throw app::UsageError("--kind: `" + *twice + "` is given twice");
 }
 
-/// Which of the maps are to be made; nothing when the command has no more to do.
+/// Maps that are to be made; nothing when the command has no more to do.
 std::optional<std::vector<std::size_t>> maps_to_make(CommandRun& run, const std::filesystem::path& output,
                                                      const AtlasMesh& atlas, const std::vector<AskedMap>& maps) {
   if (maps.size() == 1) {

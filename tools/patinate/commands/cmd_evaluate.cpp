@@ -22,7 +22,7 @@ bool is_transfer(const fs::path& path) {
   return true;
 }
 
-/// What repeats it: options that are not the default, and nothing that changes no byte.
+/// Command that repeats it: options that are not the default, and nothing that changes no byte.
 std::string evaluate_command(const analysis::EvaluationTask& task, const std::vector<fs::path>& maps,
                              const app::ForeignMapOptions& foreign) {
   std::string text = "patinate evaluate";

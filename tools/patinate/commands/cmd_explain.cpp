@@ -56,7 +56,7 @@ std::string expression_key(const std::string& text, const TexelMap& map, const C
   return hash.hex();
 }
 
-/// What commands need beside the expression: options of its kinds that are not the default.
+/// Options that commands need beside the expression: those of its kinds that are not the default.
 std::vector<std::string> needed_options(const std::string& text, const ControlKindOptions& options) {
   std::vector<std::string> needed;
   const auto defaults = option_values(ControlKindOptions{});
@@ -101,7 +101,7 @@ std::vector<analysis::ExplainingControl> explained_controls(const ExplainCommand
   return controls;
 }
 
-/// What repeats it: options that are not the default, and nothing that changes no byte.
+/// Command that repeats it: options that are not the default, and nothing that changes no byte.
 std::string explain_command(const ExplainCommand& command, std::int64_t seed) {
   std::string text =
       "patinate control explain " + app::input_word(command.reference) + " " + app::input_word(command.mesh.path);

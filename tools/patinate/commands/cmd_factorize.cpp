@@ -20,7 +20,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What repeats it: options that are not the default, and nothing that changes no byte. @param task  As it was given.
+/// Command that repeats it: options that are not the default, and nothing that changes no byte. @param task  As it was
+/// given.
 std::string factorize_command(const analysis::FactorizationTask& task) {
   std::string text = "patinate history factorize " + app::input_word(task.history) +
                      (task.of == analysis::FactorQuantity::Color ? "" : " --of " + analysis::name_of(task.of)) +
@@ -31,11 +32,11 @@ std::string factorize_command(const analysis::FactorizationTask& task) {
 
 constexpr double kMinFollowed = 0.5;
 
-/// Of the greatest change of a history since its beginning.
+/// Greatest change of a history since its beginning.
 struct FollowedChange {
   double time = 0.0;
   double change = 0.0;    ///< Sum of squares over places and channels.
-  double followed = 0.0;  ///< Of it, what the reconstruction changes by in the same places and direction, in sum.
+  double followed = 0.0;  ///< Part of it that the reconstruction changes by in the same places and direction, in sum.
 };
 
 ImageF frame_of(const HistoryReader& history, int frame, const std::string& of) {

@@ -69,7 +69,7 @@ std::string free_map_name(const Json& root, const std::string& stem) {
   return stem + "_" + std::to_string(number);
 }
 
-/// What limits the rule as an expression; "" for nothing. What is no expression becomes a map of the scene.
+/// Expression that limits the rule; "" for nothing. What is no expression becomes a map of the scene.
 std::string where_of(Json& root, const Json& rule, const std::string& read) {
   if (!rule.contains("where") || rule["where"].is_string()) return read;
   const std::string name = free_map_name(root, "where");
@@ -187,7 +187,7 @@ std::string change_text(const Json& report, const char* frames, const char* expl
                                 " % of the squared error explained)");
 }
 
-/// What was found, a line each.
+/// States what was found, a line each.
 void tell_field(CommandRun& run, const Json& report) {
   run.note("fitted frames, error with the best single numbers, then with fields: " +
            change_text(report, "seen", "explained_seen"));

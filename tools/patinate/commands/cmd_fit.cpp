@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What is varied and fitted, as given.
+/// Parameters that are varied and fitted, as given.
 struct Wanted {
   std::vector<analysis::FitRange> ranges;
   std::vector<analysis::FitTerm> terms;
@@ -45,7 +45,7 @@ void read_parameters(const fs::path& path, Wanted& wanted) {
   json.finish();
 }
 
-/// As given on the command line.
+/// Options as given on the command line.
 struct Given {
   fs::path scene, parameters, output;
   std::vector<fs::path> histories;
@@ -111,7 +111,7 @@ std::vector<app::FitSource> sources_of(const Given& given) {
   return sources;
 }
 
-/// What repeats it: options that are not the default, and nothing that changes no byte.
+/// Command that repeats it: options that are not the default, and nothing that changes no byte.
 std::string fit_command(const Given& given, const analysis::FitTask& task) {
   std::string text = "patinate fit " + app::input_word(given.scene);
   for (const fs::path& history : given.histories) text += " " + app::input_word(history);
@@ -131,7 +131,7 @@ std::string fit_figure(const Json& v) {
   return v.is_null() ? std::string("undefined") : short_number_text(rounded(v.get<double>(), 4));
 }
 
-/// What was found, a line each.
+/// States what was found, a line each.
 void tell_fit(CommandRun& run, const Json& report) {
   run.note("objective: " + fit_figure(report.at("objective").at("before")) + " before, " +
            fit_figure(report.at("objective").at("after")) + " after");

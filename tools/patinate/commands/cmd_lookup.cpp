@@ -24,7 +24,7 @@ namespace patinate::cli {
 
 namespace {
 
-/// What is looked up.
+/// Texture that is looked up.
 struct LookedUp {
   enum class Map { Color, Normal, Roughness, Specular, Height, Stddev, Metalness, Tint, Base, Orm } map = Map::Color;
 };
@@ -125,7 +125,7 @@ void write_textures(const transfer::TransferFolder& transfer, const LookupComman
   }
 }
 
-/// What can be said before anything is opened. @throws UsageError
+/// Checks the command before anything is opened. @throws UsageError
 void check_command(const LookupCommand& command) {
   app::require_extension(command.output, app::image_extensions());
   if (command.looked_up.map == LookedUp::Map::Height && is_coded_image(command.output))

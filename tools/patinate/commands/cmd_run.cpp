@@ -10,7 +10,7 @@ namespace patinate::cli {
 
 namespace {
 
-/// What `cluster run` and `cluster join` were told that concerns the planned command.
+/// Options of `cluster run` and `cluster join` that concern the planned command.
 std::vector<std::string> with_manners(std::vector<std::string> command, const CommonOptions& common) {
   if (common.threads != 0) command.insert(command.end(), {"--threads", std::to_string(common.threads)});
   if (common.json) command.emplace_back("--json");
@@ -19,7 +19,7 @@ std::vector<std::string> with_manners(std::vector<std::string> command, const Co
   return command;
 }
 
-/// What is left, on stdout.
+/// States what is left, on stdout.
 int report_planned_work(CommandRun& run, const PlanFile& plan) {
   PlanRequest request{.identity = plan.identity};
   bool is_json = false;

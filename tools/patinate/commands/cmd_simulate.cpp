@@ -55,7 +55,7 @@ std::string ledger_text(const Json& ledger) {
 
 std::string percent(const Json& share) { return fixed_percent_text(share.get<double>()); }
 
-/// What happened to each object, material by material.
+/// Text on what happened to each object, material by material.
 std::string outcome_text(const Json& outcome) {
   std::string text;
   for (const auto& [object, facts] : outcome.at("objects").items()) {

@@ -47,7 +47,7 @@ Json arguments_json(const Verb& verb) {
   return arguments;
 }
 
-/// What a command says of its arguments, or of some words for them.
+/// Answer of a command about its arguments, or about some words for them.
 Json answer(const Json& question) {
   const std::vector<std::string> name = split(question.at("verb").get<std::string>(), ' ');
   const Verb& verb = *find_verb(name).value().verb;
@@ -68,7 +68,7 @@ Json answer(const Json& question) {
   return Json::object();
 }
 
-/// What the Python half asks while it reads a study: a question a line, and an answer a line.
+/// Answers what the Python half asks while it reads a study: a question a line, and an answer a line.
 int answer_questions() {
   for (std::string line; std::getline(std::cin, line);)
     print_result(answer(Json::parse(line)).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");

@@ -43,7 +43,7 @@ int cmd_validate(CommandRun& run) {
     run.report(Json{{"valid", true}, {"problems", Json::array()}}, path.string() + ": OK");
     return 0;
   }
-  // As errors are: one line each on stderr.
+  // Problems are printed as errors are: one line each on stderr.
   run.note_problems(checks.problems());
   if (run.line.common().json) run.report(Json{{"valid", false}, {"problems", checks.problems()}}, "");
   return 3;

@@ -9,7 +9,7 @@ namespace patinate::cli {
 
 namespace {
 
-/// What is declared of the options of kinds, by their keys.
+/// Declarations of the options of kinds, by their keys.
 std::map<std::string, Argument> declared_kind_options() {
   std::map<std::string, Argument> all;
   ControlKindOptions options;

@@ -80,7 +80,7 @@ std::optional<JobStatus> answer_movie(CommandRun& run, const app::MovieFrames& m
   PlanRequest& request = *run.request();
   if (request.identity) require_same_work(*request.identity, movie.key, {});
   const JobStatus status = check_output_file(movie.output, app::written_key(movie.output), movie.key,
-                                             run.job_options());  // What is in the way.
+                                             run.job_options());  // Files in the way.
   PlannedWork work = planned_frames(movie);
   if (request.wanted == Wanted::Description) {
     request.work = std::move(work);

@@ -25,7 +25,7 @@ namespace {
 constexpr std::array<std::string_view, 2> kAgedEndNames{"high", "low"};
 constexpr double kMaxStretch = 0.01;  ///< Share of a picture's sides against the atlas'.
 constexpr double kMinKnown = 0.01;    ///< Share of the covered texels: less is a mistake.
-/// As they stand in the file; the others are made of linear color.
+/// Channels as they stand in the file; the others are made of linear color.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kRawChannels{
     {{"red", "R"}, {"green", "G"}, {"blue", "B"}}};
 
@@ -86,7 +86,7 @@ ImageF on_tiles(const fs::path& path, const TexelMap& map, const std::string_vie
   return laid;
 }
 
-/// What one picture gives: of a file, whichever way it is read.
+/// Values of one picture: of a file, whichever way it is read.
 template <class ReadColor, class ReadRaw>
 ReferencePicture of_files(const ReferenceOptions& options, const std::string& channel, const fs::path& path,
                           const ReadColor& read_whole, const ReadRaw& read_one) {

@@ -34,7 +34,7 @@ PlannedWork planned_pieces(const std::filesystem::path& output, const std::strin
   return work;
 }
 
-/// Of a plan's items those that are asked for. @returns nothing when nothing is to be made of them.
+/// Items of a plan that are asked for. @returns nothing when nothing is to be made of them.
 std::optional<std::vector<std::size_t>> answered_pieces(CommandRun& run, const std::filesystem::path& output,
                                                         const std::string& key,
                                                         const std::vector<app::OutputPiece>& pieces) {

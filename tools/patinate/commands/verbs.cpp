@@ -340,7 +340,7 @@ void check_arguments(const Verb& verb, const std::vector<std::string>& words, co
 
 namespace {
 
-/// What stands between two columns.
+/// Row of two columns, with what stands between them.
 std::string row(const std::string& left, const std::string& right, std::size_t width = 17) {
   std::string text = "  " + left;
   text.resize(std::max(width, text.size() + 1), ' ');

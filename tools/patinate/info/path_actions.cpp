@@ -52,7 +52,7 @@ void check_fixed(const capture::CaptureProject& project, Checks& checks, const R
   for (const capture::CapturePhoto& frame : project.frames) {
     control.throw_if_stopped();
     checks.run([&] {
-      // Of a hand-held series each photograph has a size of its own.
+      // Each photograph of a hand-held series has a size of its own.
       if (project.is_handheld()) {
         (void)capture::read_whole_photo(project, frame);
       } else {
@@ -161,7 +161,7 @@ void alone(const std::filesystem::path& path, Checks&, const RunControl&) {
   check(path);
 }
 
-/// What is told of a kind, and what is checked.
+/// Facts that are told of a kind, and checks.
 struct PathActions {
   app::PathKind kind;
   Facts (*facts)(const std::filesystem::path&);

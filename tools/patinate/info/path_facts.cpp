@@ -311,7 +311,7 @@ Facts capture_facts(const std::filesystem::path& path) {
 
 namespace {
 
-/// What EXIF says of a photograph's exposure, where it says something.
+/// Adds a photograph's exposure by EXIF, where it says something.
 void add_exposure(Facts& facts, const ImageExposure& exposure) {
   if (exposure.time_s > 0.0)
     facts.add("exposure_time_s", exposure.time_s,

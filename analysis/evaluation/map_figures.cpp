@@ -21,7 +21,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::int64_t kPieceChunk = 16384;
-constexpr int kFeatures = 5;
+constexpr int kFeatures = 5;  ///< R, G, B and the two differences of luma.
 constexpr std::pair<int, int> kBeside[] = {{1, 0}, {0, 1}};
 
 /// Codes and the central differences of luma (one-sided at the border).

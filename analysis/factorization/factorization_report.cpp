@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kCurvePoints = 129;
+constexpr int kCurvePoints = 129;  ///< Points of the drawn curve.
 constexpr std::array<const char*, 3> kColorNames{"red", "green", "blue"};
 
 /// Everything the report is made of.

@@ -25,7 +25,7 @@ namespace {
 constexpr double kBandBytes = 96e6;
 constexpr int kLattice = 64;  ///< Pixels that the curve is sought in, a side.
 constexpr std::int64_t kPixelsAtATime = 4096;
-constexpr double kLargestHeight_mm = 65504.0;
+constexpr double kLargestHeight_mm = 65504.0;  ///< Largest finite half float.
 
 /// Share of what changes that the curve covers at a time. @throws InvalidInput when that is nothing.
 double covered_share(const FactorizationWork::Factored& f, const ImageU8& covered, double time) {

@@ -57,7 +57,7 @@ namespace {
 std::vector<std::vector<double>> resampled(const BlockGrid& a, const BlockGrid& b, const BlockFigure& figure,
                                            const BootstrapOptions& options, const RunControl& control) {
   constexpr std::size_t kMinBlocks = 4;  // Fewer blocks or draws give no interval.
-  constexpr int kMinResamples = 10;
+  constexpr int kMinResamples = 10;      // Fewer draws give no interval.
   if (options.resamples < kMinResamples || a.used.size() < kMinBlocks || b.used.size() < kMinBlocks) return {};
   std::vector<std::vector<double>> results(static_cast<std::size_t>(options.resamples));
   parallel_for(options.resamples, 4, control, [&](std::int64_t begin, std::int64_t end) {

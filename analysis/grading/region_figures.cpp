@@ -21,14 +21,14 @@ namespace {
 constexpr double kColorUncertainty = 0.04;
 constexpr double kSmallUncertainty = 0.3;
 constexpr double kSmall_px = 16.0;
-constexpr double kCleanRust = 0.05;  // Coverage up to which a pixel shows the coating.
-constexpr double kMaxOfRust = 0.8;   // Share of the rusted area that decides its distribution [ours].
-constexpr double kFewOfRust = 0.2;
+constexpr double kCleanRust = 0.05;       // Coverage up to which a pixel shows the coating.
+constexpr double kMaxOfRust = 0.8;        // Share of the rusted area that decides its distribution [ours].
+constexpr double kFewOfRust = 0.2;        ///< H of ASTM D610 from here on (docs/algorithms/grading.md).
 constexpr int kDistributionSquares = 10;  // Along the longer side of the region.
 constexpr double kLocalizedShare = 0.1;   // Of the squares of the region: rust there alone is localized.
-constexpr double kRusted = 0.5;
-constexpr int kCreepPlaces = 60;     // Along the scribe; the standard asks for six or more.
-constexpr double kScribeEnds = 0.1;  // Share of the scribe at each end that is left out.
+constexpr double kRusted = 0.5;           ///< Coverage from which a pixel is rusted.
+constexpr int kCreepPlaces = 60;          // Along the scribe; the standard asks for six or more.
+constexpr double kScribeEnds = 0.1;       // Share of the scribe at each end that is left out.
 
 std::optional<GradedFigure>& slot(RegionFigures& figures, std::string_view name) {
   const auto at = std::find(kGradedFigureNames.begin(), kGradedFigureNames.end(), name) - kGradedFigureNames.begin();

@@ -29,7 +29,7 @@ constexpr std::size_t kMinQuads = 10;  ///< That are seen; dark ones vanish in t
 constexpr double kMaxError = 9.0;
 constexpr double kSampleRadius = 0.22;  ///< Share of the distance of two patches: half of a patch.
 constexpr double kMaxBend = 0.1;        ///< Share of the same: from there on samples may leave the patch.
-constexpr int kNumFits = 8;
+constexpr int kNumFits = 8;             ///< Rounds with less weight on outliers (docs/algorithms/chart.md).
 
 using Grid3 = Eigen::Matrix3d;
 

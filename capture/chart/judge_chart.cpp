@@ -13,7 +13,7 @@ namespace {
 constexpr double kHidden = 12.0;
 /// Mean CIEDE2000 of a chart that is not the table's: twice what a 3 x 3 matrix leaves under the worst lamps.
 constexpr double kMaxMean = 5.0;
-constexpr std::size_t kMaxNamed = 4;
+constexpr std::size_t kMaxNamed = 4;  ///< Patches that a message names.
 
 std::vector<std::string> hidden_patches(const ChartFit& fit, std::size_t photo, const ChartTable& table) {
   std::vector<std::string> names;

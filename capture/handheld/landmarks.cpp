@@ -66,7 +66,7 @@ std::string landmarks_text(const std::map<std::string, PhotoMarks>& marks) {
 }
 
 std::map<std::string, PhotoMarks> read_landmarks(const std::filesystem::path& file) {
-  constexpr double kFarthest = 1e6;
+  constexpr double kFarthest = 1e6;  // px; input beyond is a mistake.
   const std::vector<std::string> header{"photo", "point", "x", "y"};
   std::map<std::string, PhotoMarks> marks;
   std::size_t number = 0;

@@ -50,7 +50,7 @@ Eigen::Matrix3d fit_robustly(const std::vector<PointMatch>& matches, double inli
                              std::vector<PointMatch>& agreeing) {
   agreeing = matches;
   Eigen::Matrix3d h = fit(agreeing);
-  constexpr int kRounds = 4;
+  constexpr int kRounds = 4;  // Rounds of agreeing pairs and fit.
   for (int round = 0; round < kRounds && h.allFinite(); ++round) {
     std::vector<double> errors;
     for (const PointMatch& m : agreeing) errors.push_back((moved_by(h, m.in_a) - m.in_b).norm());

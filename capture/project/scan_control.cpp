@@ -71,7 +71,7 @@ class ScanPixels {
   /// Where the pixels half a step to each side meet the plane of the triangle; grazing ones, that look past it, count
   /// as at `kGrazing`.
   [[nodiscard]] double texel_size(const Vec2& pixel, const Vec3& position, const Vec3& normal) const {
-    constexpr double kGrazing = 1e-3;
+    constexpr double kGrazing = 1e-3;  // Least cosine, so that a grazing ray does not leave the picture.
     const Vec3& eye = camera_.center();
     const auto on_plane = [&](const Vec2& offset) {
       const std::optional<CameraRay> ray = camera_.ray(pixel + offset);

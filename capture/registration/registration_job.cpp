@@ -40,7 +40,7 @@ struct RegistrationPictureOptions {
 };
 
 constexpr double kDegree = 3.14159265358979323846 / 180.0;
-constexpr double kMargin = 0.05;
+constexpr double kMargin = 0.05;  ///< Share of the picture left free.
 constexpr double kSlice = 0.012;  ///< Thickness of the slice, of the object's size.
 constexpr float kBackground = 0.92f;
 /// Linear; told apart by people who see colors differently as well [Okabe and Ito 2008].

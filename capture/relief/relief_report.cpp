@@ -29,11 +29,11 @@ constexpr double kIn95 = 1.96;  ///< Standard deviations on either side.
 constexpr int kDigits = 6;
 /// Less, and what has changed is so much that it may be what stayed: the larger of two parts is taken to have.
 constexpr double kMaxStays = 0.75;
-constexpr double kMinAgrees = 0.5;  ///< Share of what is said to stay.
-constexpr double kMinMeasured = 0.5;
-constexpr int kPanel_px = 560;  ///< About the width of a picture on the page.
-constexpr int kLabel_px = 13;
-constexpr double kPictured = 0.98;  ///< Quantile of sizes that the pictures' ends stand for.
+constexpr double kMinAgrees = 0.5;    ///< Share of what is said to stay.
+constexpr double kMinMeasured = 0.5;  ///< Share of the surface, below which it is warned.
+constexpr int kPanel_px = 560;        ///< About the width of a picture on the page.
+constexpr int kLabel_px = 13;         ///< Height of a label.
+constexpr double kPictured = 0.98;    ///< Quantile of sizes that the pictures' ends stand for.
 
 double stated(double v) { return rounded(v, kDigits) + 0.0; }
 std::string shown(double v) { return short_number_text(rounded(v, 3)); }

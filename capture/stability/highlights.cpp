@@ -28,13 +28,13 @@ constexpr double kMostlyClipped = 0.5, kPartlyClipped = 0.01;  ///< Share of a c
 /// A sharp border blurs over a pixel or two. A skirt grows with its core: that of a Gaussian lobe, which would be 1.6
 /// times the saturated value high, is 0.4 of the core's half width over a ground of a fifth of it.
 constexpr double kMinSkirt_px = 3.0, kMinSkirt = 0.25;
-constexpr double kExtentStep = 0.15;
+constexpr double kExtentStep = 0.15;  ///< Steps of the required height (docs/algorithms/highlights.md).
 /// Of the saturated value. Specks beside what is so bright are its texture.
 constexpr double kSameTexture = 1.0 / 1.3;
 constexpr double kKnownWell = 0.93;     ///< Likewise: within 7 % of what is clipped.
 constexpr float kSameMaterial = 0.5f;   ///< Likewise: what is darker is a crack or another material.
 constexpr double kHereAndThere = 0.15;  ///< Of the surroundings. The skirt of a lobe is so bright on half as much.
-constexpr float kMinGround = 0.01f;
+constexpr float kMinGround = 0.01f;     ///< Linear; darker surroundings count as this.
 
 int window_radius(int width, int height, const HighlightOptions& options) {
   return std::max(1, static_cast<int>(std::lround(0.5 * options.width_share * std::min(width, height))));

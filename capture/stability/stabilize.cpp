@@ -159,7 +159,7 @@ StabilizedMotions solve_motions(int num_frames, const std::vector<FramePair>& pa
 ImageF resample_frame(const ImageF& image, const Eigen::Affine2d& source_from_out, int width, int height,
                       ImageU8& valid, const RunControl& control) {
   constexpr std::int64_t kRowsPerChunk = 8;
-  constexpr double kEdge = 1e-6;
+  constexpr double kEdge = 1e-6;  // px; rounding.
   ImageF out(width, height, image.channels());
   valid = ImageU8(width, height, 1, 255);
   parallel_for(height, kRowsPerChunk, control, [&](std::int64_t begin, std::int64_t end) {

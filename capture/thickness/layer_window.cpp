@@ -18,9 +18,9 @@ constexpr double kStep = 1.5;             ///< From one window that is tried to 
 constexpr double kCrackDeviations = 4.0;  ///< From where on brighter light is a crack's.
 /// Rank of the distances from a crack's edge: in a band of one width they are spread evenly up to half of it.
 constexpr double kDistanceRank = 0.9;
-constexpr int kSmallestGap_px = 12;  ///< Grain that neighbors share is not to be foretold from them.
-constexpr int kLargestGap_px = 32;
-constexpr std::size_t kMinSquares = 50;
+constexpr int kSmallestGap_px = 12;      ///< Grain that neighbors share is not to be foretold from them.
+constexpr int kLargestGap_px = 32;       ///< See docs/algorithms/mode_filter.md, Squares.
+constexpr std::size_t kMinSquares = 50;  ///< Fewer squares do not rank windows.
 /// Standard error of the median of |d|, over it, times the root of their number: d is normal.
 constexpr double kErrorOfMedian = 1.17;
 

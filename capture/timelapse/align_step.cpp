@@ -50,7 +50,7 @@ std::string alignment_key(const IngestWork& work) {
 
 /// Share of the reference's frame (of its roi) that a photograph shows.
 double shown_share(const CaptureProject& project, const CapturePhoto& photo, const Eigen::Matrix3d& place) {
-  constexpr int kSteps = 64;
+  constexpr int kSteps = 64;  // Samples along each side.
   const Eigen::Matrix3d photo_from_reference = place.inverse();
   int num_shown = 0;
   for (int k = 0; k < kSteps * kSteps; ++k) {

@@ -15,8 +15,9 @@ namespace patinate::capture {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
+/// Exponents of the tails (docs/algorithms/unlighting.md).
 constexpr std::array<double, 6> kTails{kNone, 8.0, 4.0, 2.8, 2.0, 1.5};
-constexpr std::array<double, 3> kSlants{1.0, 0.5, 0.0};
+constexpr std::array<double, 3> kSlants{1.0, 0.5, 0.0};  ///< Slants that are tried, 1 first.
 constexpr std::array<SpecularTint, 2> kTints{SpecularTint::White, SpecularTint::Base};
 /// Texels that are fitted (docs/algorithms/unlighting.md) and that are predicted.
 constexpr std::int64_t kMaxFormTexels = 1'500, kMaxForetold = 900, kFormTexelsAChunk = 64;
@@ -52,7 +53,7 @@ class FormTrial {
   }
 
   [[nodiscard]] Tried attempt(const Highlights& kind, const RunControl& control) {
-    constexpr int kPasses = 3;
+    constexpr int kPasses = 3;  // Passes of highlights and surface.
     work_.form = kind.form;
     work_.highlight_freedom = kind.freedom;
     work_.highlight_off = kind.off;

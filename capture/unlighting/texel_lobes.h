@@ -15,6 +15,7 @@
 
 namespace patinate::capture {
 
+/// About a seventh apart; between them a parabola.
 inline constexpr std::array<double, 12> kLobeRoughness{0.15, 0.2,  0.25, 0.3,  0.35, 0.4,
                                                        0.46, 0.53, 0.6,  0.68, 0.78, 0.9};
 inline constexpr int kNumLobeRoughness = static_cast<int>(kLobeRoughness.size());

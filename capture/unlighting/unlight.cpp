@@ -287,7 +287,7 @@ void find_highlights(UnlightWork& work, UnlightResult& result, const RunControl&
 }
 
 void find_material_highlights(UnlightWork& work, UnlightResult& result, const RunControl& control) {
-  constexpr int kPasses = 3;
+  constexpr int kPasses = 3;  // Rounds of material and surface (docs/algorithms/materials.md, step 5).
   result.specular = ImageF(work.width, work.height, 2);
   work.form = {.tail = 2.0, .is_rendered = true};
   work.highlight_base = result.albedo;

@@ -9,7 +9,7 @@
 
 namespace patinate::capture {
 
-inline constexpr int kHighlightStep = 4;
+inline constexpr int kHighlightStep = 4;  ///< One of so many texels tells of highlights.
 
 struct UnlightWork {
   /// Checks the input, and says of every sample whether it may count (Clean), or is Outside, Unlit, CastShadow or

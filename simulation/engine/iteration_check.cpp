@@ -16,7 +16,7 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr int kResolution = 128;
+constexpr int kResolution = 128;  ///< A small wall and run that a device must repeat to the byte.
 constexpr std::int64_t kGammatons = 1024;
 constexpr int kIterations = 20;
 

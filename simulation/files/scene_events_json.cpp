@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::int64_t kLongestStroke = 1'000'000;
 constexpr std::size_t kMaxPoints = 100'000;
-constexpr double kMostIterations = 1e12;
+constexpr double kMostIterations = 1e12;  ///< Bound of an untrusted file.
 
 std::vector<std::string> names_of(const auto& items) {
   std::vector<std::string> names;

@@ -26,7 +26,7 @@ extern const std::string_view kRuleWetting;
 
 namespace {
 
-constexpr Range kRateRange{.low = 0.0, .high = 1e6};
+constexpr Range kRateRange{.low = 0.0, .high = 1e6};  ///< Ranges of an untrusted file.
 constexpr Range kShareRange{.low = 0.0, .high = 1e3};
 
 struct BuiltIn {

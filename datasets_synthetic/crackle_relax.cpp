@@ -16,7 +16,7 @@ constexpr double kSpring =
 constexpr double kLateSpring = 3.0;   // Added to it, where not all cracks come at once.
 constexpr double kOneNode = 0.10;     // Cracks that end on another closer than this, in spacings, meet there.
 constexpr double kNearest = 0.12;     // Nodes closer than this, in spacings, pull no harder.
-constexpr double kWave = 0.20;        // Of a chord, in spacings.
+constexpr double kWave = 0.20;        // Amplitude of a chord, in spacings.
 constexpr double kWaveLength = 0.55;  // In spacings of the thinnest paint.
 constexpr double kStepPx = 0.5;
 

@@ -16,7 +16,7 @@ namespace patinate::datasets {
 
 namespace {
 
-constexpr double kElevation = 28.0 * std::numbers::pi / 180.0;  ///< Of the camera.
+constexpr double kElevation = 28.0 * std::numbers::pi / 180.0;  ///< Elevation of the camera.
 constexpr std::uint32_t kDustStream = 320;                      // Purpose of random streams.
 constexpr std::int64_t kDustRows = 4;
 constexpr double kGlassF0 = 0.04, kGlazeRoughness = 0.18, kDustRoughness = 0.9;

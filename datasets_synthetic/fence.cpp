@@ -18,7 +18,7 @@ const Vec3 kWood{0.355, 0.195, 0.092};  // linear RGB
 struct Parts {
   std::vector<Face> faces;
   std::vector<int> body;         ///< Body of each face.
-  std::vector<bool> is_upright;  ///< Of each body: how its grain runs.
+  std::vector<bool> is_upright;  ///< For each body: how its grain runs.
   void add(double x0, double x1, const std::array<Vec2, 4>& section_yz, double cell_mm, bool upright) {
     add_bar(faces, x0, x1, section_yz, cell_mm);
     body.resize(faces.size(), static_cast<int>(is_upright.size()));

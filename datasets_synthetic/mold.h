@@ -25,9 +25,10 @@ struct MoldOptions {
   int num_steps = 4;         ///< [1, 1000].
   int num_lights = 5;        ///< [1, 64].
   double interval_d = 20.0;  ///< Days between steps; > 0.
-  double radius_mm = 60.0;   ///< Of the mold; > 0. Its other lengths, and where camera and lights stand, go with it.
-  int num_spokes = 10;       ///< [0, 40].
-  int num_dents = 7;         ///< [0, 100].
+  double radius_mm =
+      60.0;             ///< Radius of the mold; > 0. Its other lengths, and where camera and lights stand, go with it.
+  int num_spokes = 10;  ///< [0, 40].
+  int num_dents = 7;    ///< [0, 100].
   double scan_spacing_mm = 0.7;  ///< Between the scanner's points; > 0.
   double scan_noise_mm = 0.02;   ///< Standard deviation along the scanner's direction; >= 0.
   double noise = 0.004;          ///< Standard deviation of photographs, in 8-bit sRGB codes / 255; [0, 0.5].

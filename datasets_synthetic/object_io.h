@@ -14,7 +14,7 @@ namespace patinate::datasets {
 [[nodiscard]] JobPlan plan_sculpture(const SculptureOptions& options, const std::filesystem::path& output);
 /// `mesh.obj` (mm), `scene.json` for `patinate simulate`; `ledge.json` is the manifest: mesh, scene, unit, key.
 [[nodiscard]] JobPlan plan_ledge(const LedgeOptions& options, const std::filesystem::path& output);
-/// The same, with `grain.png` (sRGB), the color of new wood; `fence.json` is the manifest.
+/// Plans a fence, with `grain.png` (sRGB), the color of new wood; `fence.json` is the manifest.
 [[nodiscard]] JobPlan plan_fence(const FenceOptions& options, const std::filesystem::path& output);
 
 }  // namespace patinate::datasets

@@ -15,7 +15,7 @@ namespace patinate::datasets {
 
 namespace {
 
-constexpr std::uint32_t kPlaceStream = 1530, kClusterStream = 1531, kPaintStream = 1532;  // Of random streams.
+constexpr std::uint32_t kPlaceStream = 1530, kClusterStream = 1531, kPaintStream = 1532;  // Streams of random numbers.
 constexpr std::uint64_t kEdgeItems = std::uint64_t{1} << 32;                              ///< Numbers of edge spots.
 constexpr std::int64_t kPaintRows = 16;
 constexpr int kMaxTries = 200;
@@ -70,7 +70,7 @@ class Places {
       RandomStream random(static_cast<std::uint64_t>(o.seed), static_cast<std::uint64_t>(i), kClusterStream);
       middles_.push_back(anywhere(random, o.edge_mm / o.pixel_mm));
     }
-    // As dense as a heap of spots that overlap a little.
+    // Spots overlap a little, as in a heap.
     spread_px_ = 0.45 * spot_sizes(o).mean_mm / o.pixel_mm * std::sqrt(static_cast<double>(num_spots) / count);
   }
   /// Some of the places do not lie where they are asked for.
@@ -201,7 +201,8 @@ void add_noise(ImageF& field, const PanelOptions& o, std::uint32_t number, doubl
 void add_paint(PanelLayout& layout, const RunControl& control) {
   const PanelOptions& o = layout.options;
   layout.grain = layout.uneven = ImageF(o.width, o.height);
-  add_noise(layout.grain, o, 0, 0.3, 0.03f, control);  // Of pigments, orange peel, and how thick the paint lies.
+  add_noise(layout.grain, o, 0, 0.3, 0.03f,
+            control);  // Unevenness of pigments, orange peel, and how thick the paint lies.
   add_noise(layout.grain, o, 1, 1.2, 0.06f, control);
   add_noise(layout.grain, o, 2, 14.0, 0.03f, control);
   add_noise(layout.uneven, o, 3, 12.0, 0.8f, control);

@@ -11,13 +11,13 @@ namespace patinate::datasets {
 
 namespace {
 
-constexpr std::uint32_t kScribeStream = 1510, kCreepStream = 1511, kCrackStream = 1516;  // Of random streams.
+constexpr std::uint32_t kScribeStream = 1510, kCreepStream = 1511, kCrackStream = 1516;  // Streams of random numbers.
 constexpr std::int64_t kScribeRows = 16;
-constexpr double kScribeWidthMm = 0.5;   ///< Scribe width mm as of common scribing tools [ISO 17872: 0.2 to 1 mm].
+constexpr double kScribeWidthMm = 0.5;   ///< Width of common scribing tools [ISO 17872: 0.2 to 1 mm].
 constexpr double kScribeLength = 0.9;    ///< Share of the test area's height.
 constexpr double kProfileStepMm = 0.05;  ///< Between values of the profile of creep.
 constexpr double kTaperMm = 1.5;         ///< Within which creep grows from nothing at the ends.
-constexpr double kMinCreep = 0.02;       ///< Of about 1.
+constexpr double kMinCreep = 0.02;       ///< In units of the mean.
 constexpr double kCrackStepMm = 0.2;
 constexpr double kCrackMm = 9.0;  ///< Mean length of a crack.
 

@@ -15,7 +15,7 @@ namespace patinate::datasets {
 
 namespace {
 
-constexpr std::uint32_t kCameraStream = 1600;  // Of random streams, one a photograph.
+constexpr std::uint32_t kCameraStream = 1600;  // Stream of random numbers, one a photograph.
 constexpr std::int64_t kLookRows = 16;
 
 /// Bare steel, before the scribe rusts.

@@ -12,7 +12,7 @@ namespace patinate::datasets {
 
 namespace {
 
-constexpr std::uint32_t kStreakStream = 1520, kSwayStream = 1521, kRunStream = 1522;  // Of random streams.
+constexpr std::uint32_t kStreakStream = 1520, kSwayStream = 1521, kRunStream = 1522;  // Streams of random numbers.
 constexpr std::int64_t kStreakRows = 16;
 constexpr double kStreakAreaMm2 = 14.0;  ///< About what a streak tints.
 constexpr double kReachOfWidth = 1.6;    ///< Where a Gaussian of half the width is below 1 %.

@@ -38,7 +38,7 @@ void describe(OptionVisitor& v, PlateOptions& o);
 struct PlateLook {
   Vec3 albedo = Vec3::Zero();
   double patina = 0.0;            ///< Share of the place that it covers, [0, 1].
-  Vec3 polish_f0 = Vec3::Zero();  ///< Of what it does not cover, not weighted by its share.
+  Vec3 polish_f0 = Vec3::Zero();  ///< Reflectance of the polish that is not covered, not weighted by its share.
   double polish_roughness = 0.0;
   static constexpr double kPatinaF0 = 0.04, kPatinaRoughness = 0.7;
 };

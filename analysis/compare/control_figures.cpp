@@ -10,7 +10,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::size_t kMaxTimes = 5, kMaxSamples = 1024;  ///< Times and places of a bin, evenly picked.
-constexpr double kAnyVisible = 1.0;                       ///< Of texel_aging(), whose change does not depend on it.
+constexpr double kAnyVisible = 1.0;  ///< Threshold of texel_aging(), whose change does not depend on it.
 
 }  // namespace
 

@@ -123,8 +123,9 @@ double mean_deviation(const TimeWarp& warp) {
 /// The clock of the whole surface; with intervals where blocks of it could be drawn.
 struct CommonClock {
   TimeWarp warp;
-  std::optional<std::vector<FigureInterval>> warped;     ///< By time.
-  std::optional<std::vector<FigureInterval>> distances;  ///< Of the deviation, and of the residuals before and after.
+  std::optional<std::vector<FigureInterval>> warped;  ///< By time.
+  std::optional<std::vector<FigureInterval>>
+      distances;  ///< Distances of the deviation, and of the residuals before and after.
 };
 
 CommonClock find_clock(const ComparedPair& pair, const CompareOptions& options, const RunControl& control) {

@@ -18,8 +18,8 @@ namespace patinate::analysis {
 struct SourceScale {
   SourceAxes axes;
   double pixel_mm = 1.0;  ///< Surface length of a source pixel.
-  double unit_px = 1.0;  ///< What a place in the source is known to: 2^k pixels where the source was halved k times, or
-                         ///< a texel where that is more.
+  double unit_px = 1.0;   ///< Precision of a place in the source: 2^k pixels where the source was halved k times, or
+                          ///< a texel where that is more.
 };
 /// Whether the step in the source is that on the surface, to less than a unit.
 [[nodiscard]] bool follows_surface(const SourceIndices& source, const TexelPair& pair, const SourceScale& scale);

@@ -42,8 +42,9 @@ struct StructureFigures {
 
 /// Sums of one kind of lines in a part.
 struct LineSums {
-  LineStructures made, crops;              ///< By threshold; of charts cut out of the source's corners.
-  LineStructures windows, source_windows;  ///< Of windows on the surface, and of the source's (surface_windows.h).
+  LineStructures made, crops;  ///< By threshold; of charts cut out of the source's corners.
+  LineStructures windows,
+      source_windows;  ///< Lines of windows on the surface, and of the source's (surface_windows.h).
   std::array<std::int64_t, kNumLineThresholds> lines_there = {}, lines_found = {};  ///< CutSource of these charts.
 
   void add(const LineSums& other);

@@ -21,7 +21,7 @@ constexpr std::uint64_t kSeed = 113;
 constexpr std::uint32_t kDrawPurpose = 1, kCutPurpose = 2;
 constexpr int kNumCandidates = 64;     // Windows of the source that are looked at for one of the surface.
 constexpr int kControlStep = 8;        // Their control is looked at in every eighth row and column.
-constexpr double kLargestTexel = 4.0;  // Of the median area: larger texels are drawn no more often than that.
+constexpr double kLargestTexel = 4.0;  // In median areas: larger texels are drawn no more often than that.
 
 /// Place and turn by which one window is drawn.
 struct DrawnWindow {

@@ -39,8 +39,9 @@ struct SynthesizedMap {
                        ///< between pixels, all else goes by the nearest one.
   ImageF control;      ///< H x W x 1, the wanted control in the source's values; may be empty.
   std::shared_ptr<const FlowFrames> frames =
-      nullptr;                           ///< How the source was laid on the surface; none: as the UVs run.
-  std::vector<std::int16_t> turns = {};  ///< Of each texel's piece against them (transfer::SourcePlace); empty: all 0.
+      nullptr;  ///< How the source was laid on the surface; none: as the UVs run.
+  std::vector<std::int16_t> turns =
+      {};  ///< Turns of each texel's piece against them (transfer::SourcePlace); empty: all 0.
 };
 
 /// Orientation of the source on a surface. Its parts must outlive it.

@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kPatch = 7;  ///< px (docs/algorithms/evaluation.md, M4).
 constexpr std::size_t kPatchPixels = kPatch * kPatch;
-constexpr double kGradientBin = 1.0 / 1024.0;  ///< Of full scale.
+constexpr double kGradientBin = 1.0 / 1024.0;  ///< Width of a bin, of full scale.
 constexpr std::uint32_t kSamplePurpose = 0xE1, kDirectionPurpose = 0xE2;
 constexpr std::size_t kQuantiles = 1000;  ///< Quantiles of the two distributions.
 

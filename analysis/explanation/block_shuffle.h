@@ -25,7 +25,7 @@ class BlockShuffles {
  private:
   std::size_t num_samples_;
   std::vector<std::vector<std::uint32_t>> members_;
-  std::vector<std::vector<std::uint32_t>> taken_;  ///< Of block a from block b at [a * blocks + b].
+  std::vector<std::vector<std::uint32_t>> taken_;  ///< Taken places for block a from block b, at [a * blocks + b].
 };
 
 }  // namespace patinate::analysis

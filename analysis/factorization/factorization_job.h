@@ -66,7 +66,7 @@ struct FactorizationTask {
   FactorQuantity of = FactorQuantity::Color;  ///< A map goes without `times` and with one clock.
   FactorizationOptions options = {};
   std::vector<double> times =
-      {};  ///< Of frames that the denoised history gets beside those of the frames, in the history's unit.
+      {};  ///< Times of frames that the denoised history gets beside those of the frames, in the history's unit.
   std::string command = {};  ///< Command that repeats it, for the page; no part of the key.
 };
 

@@ -19,10 +19,11 @@ struct FrameError {
 };
 
 struct FrameRecord {
-  double time = 0.0;                    ///< In the history's unit.
-  std::optional<double> covered_share;  ///< Of what changes, [0, 1]; given where the frame is extrapolated.
-  bool is_held = false;                 ///< Holds the last frame seen: the curve predicts nothing better.
-  std::optional<FrameError> error;      ///< Nothing where no frame of the history shows a place that is known.
+  double time = 0.0;  ///< In the history's unit.
+  std::optional<double>
+      covered_share;     ///< Share of what changes that is covered, [0, 1]; given where the frame is extrapolated.
+  bool is_held = false;  ///< Holds the last frame seen: the curve predicts nothing better.
+  std::optional<FrameError> error;  ///< Nothing where no frame of the history shows a place that is known.
 };
 
 /// An element of `frames` in factorization.json.

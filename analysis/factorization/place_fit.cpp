@@ -107,7 +107,8 @@ PlaceFit::PlaceFit(const TemporalModel& model, const std::vector<double>& times,
 /// the curve misses of other places is no noise here: it would hide any change.
 bool PlaceFit::has_changed(const float* values, const std::uint8_t* seen) const {
   constexpr std::size_t kMaxStretches = 6, kMinInOne = 3;  // See docs/algorithms/factorization.md.
-  constexpr double kErrors = 6.0;  // Of the largest of 45 differences, and of noise known from a few frames.
+  constexpr double kErrors =
+      6.0;  // Standard errors: for the largest of 45 differences, and noise known from a few frames.
   std::vector<std::size_t> known;
   for (std::size_t t = 0; t < times_.size(); ++t) {
     if (is_seen(seen, t)) known.push_back(t);

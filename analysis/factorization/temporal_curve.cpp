@@ -10,7 +10,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr double kBendingAtStart = 1e-7;  ///< Of one value's weight, per coefficient.
+constexpr double kBendingAtStart = 1e-7;  ///< Weight of bending, in units of one value's weight, per coefficient.
 constexpr int kSamplesPerInterval = 8;    ///< Samples of the drawn and searched curve.
 
 TemporalCurve domain_only(double low, double high, int num_intervals) {

@@ -16,9 +16,9 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::int64_t kCandidates = 4096;                 ///< Places that are looked at.
-constexpr double kStrongest = 0.6;                         ///< Of the candidates that change: those that change most.
-constexpr double kFitShare = 0.1;                          ///< Share of a round's time, for the places one by one.
+constexpr std::int64_t kCandidates = 4096;  ///< Places that are looked at.
+constexpr double kStrongest = 0.6;          ///< Share of the candidates that change: those that change most.
+constexpr double kFitShare = 0.1;           ///< Share of a round's time, for the places one by one.
 constexpr std::array<int, 4> kIterations{25, 25, 25, 60};  ///< Iterations of the joint fit, for every round.
 constexpr double kDomainTail = 0.005;  ///< Share of clock values excludedside at each end of the curve.
 constexpr double kMinNoise = 1e-6;     ///< Linear color.

@@ -19,7 +19,7 @@ namespace patinate::analysis {
 struct ColorStack {
   int width = 0;
   int height = 0;
-  std::vector<double> times;           ///< Of the series, in its unit; of a compared pair those of the common clock.
+  std::vector<double> times;  ///< Times of the series, in its unit; of a compared pair those of the common clock.
   std::vector<double> own_times = {};  ///< Own times of the series, in its unit, whatever the clock.
   std::vector<std::uint32_t> texels;   ///< y * width + x, ascending.
   std::vector<float> rgb;              ///< Linear.

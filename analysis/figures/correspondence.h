@@ -8,8 +8,9 @@ namespace patinate::analysis {
 
 /// How much of their detail two surfaces share, pixel by pixel, and how much by chance.
 struct SharedDetail {
-  double correlation = 0.0;  ///< Of lightness over its local mean, [-1, 1]; the larger of the first and the last time.
-  double by_chance = 1.0;    ///< Its largest magnitude when B is shifted by eighths of its sides.
+  double correlation =
+      0.0;  ///< Correlation of lightness over its local mean, [-1, 1]; the larger of the first and the last time.
+  double by_chance = 1.0;  ///< Its largest magnitude when B is shifted by eighths of its sides.
   /// Twice as much as by chance, and a tenth or more.
   [[nodiscard]] bool is_clear() const { return correlation >= 0.1 && correlation >= 2.0 * by_chance; }
 };

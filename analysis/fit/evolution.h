@@ -14,7 +14,7 @@ struct EvolutionOptions {
   double step = 0.3;        ///< Standard deviation at the start, as a share of the box; (0, 1].
   double tolerance = 1e-3;  ///< At an end when no coordinate's standard deviation is larger; > 0.
   double flatness = 0.0;    ///< Or when the values of two generations in a row differ by no more than this; >= 0.
-  /// The same as a share of the least value; and at an end, too, when 8 + 2 n generations have improved it by less; >=
+  /// Flatness as a share of the least value; and at an end, too, when 8 + 2 n generations have improved it by less; >=
   /// 0.
   double relative_flatness = 0.0;
   std::uint64_t seed = 0;

@@ -18,16 +18,16 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kSearchVersion = 4;      ///< Raised when the same input gives other values;
-constexpr std::int64_t kStageVersion = 8;       ///< when the same values give another report.
-constexpr int kEvaluationsPerParameter = 100;   ///< Default budget (docs/fit.md).
-constexpr std::size_t kMinParameters = 2;       ///< Of which a budget is enough: one alone does not end in 100.
-constexpr double kSmallestLookStep = 0.05;      ///< Of the search for an appearance, however narrow the outer one has
-                                                ///< become; but no wider than its first step.
-constexpr double kScanAppearanceStep = 0.1;     ///< Step of the search for an appearance beside the best.
+constexpr std::int64_t kSearchVersion = 4;     ///< Raised when the same input gives other values;
+constexpr std::int64_t kStageVersion = 8;      ///< when the same values give another report.
+constexpr int kEvaluationsPerParameter = 100;  ///< Default budget (docs/fit.md).
+constexpr std::size_t kMinParameters = 2;    ///< Least parameters that a budget counts: one alone does not end in 100.
+constexpr double kSmallestLookStep = 0.05;   ///< Step of the search for an appearance, however narrow the outer one has
+                                             ///< become; but no wider than its first step.
+constexpr double kScanAppearanceStep = 0.1;  ///< Step of the search for an appearance beside the best.
 constexpr std::uint64_t kScanItems = 1u << 18;  ///< Random numbers of scans, apart from those of the search.
 constexpr std::uint64_t kMaxScanPlaces = 64;
-constexpr double kNearTheLimit = 1.25;  ///< Of the objective that cannot be told from the best.
+constexpr double kNearTheLimit = 1.25;  ///< In multiples of the objective that cannot be told from the best.
 
 using MakeRecord = std::function<FitEvaluation(const fs::path& folder, const RunControl& control)>;
 

@@ -23,7 +23,7 @@ inline constexpr const char* kFitTableFile = "evaluations.csv";
 /// With frames held out: pictures of the last compared of them, captured and simulated with the best values.
 inline constexpr const char* kHeldOutFolder = "held_out";
 inline constexpr const char* kHeldOutCaptured = "captured";    ///< Stem of a PNG's name (file_of_capture()).
-inline constexpr const char* kHeldOutSimulated = "simulated";  ///< The same.
+inline constexpr const char* kHeldOutSimulated = "simulated";  ///< Stem of the simulated one's name.
 
 struct FitOptions {
   int evaluations = 0;  ///< Budget of the search; 0 = 100 for each parameter that is searched, at least 200. When all
@@ -75,7 +75,7 @@ struct FitTask {
   std::string command;  ///< Command that repeats it, for the report; no part of the key.
 };
 
-/// What a capture's files are called, without extension: "after", or "after_2" where there are several. @param capture
+/// Name of a capture's files, without extension: "after", or "after_2" where there are several. @param capture
 /// Counted from 0.
 [[nodiscard]] std::string file_of_capture(std::size_t num_captures, const std::string& stem, std::size_t capture);
 /// The PNG of a capture's last held-out frame. @param stem  kHeldOutCaptured or kHeldOutSimulated.
@@ -102,16 +102,16 @@ struct HeldOutCapture {
 struct HeldOutFrames {
   double until = 0.0;  ///< In the history's unit.
   int num_times = 0;
-  std::optional<double> after;                ///< With the best values.
-  std::vector<double> other_seeds;            ///< The best values with other seeds, where there is an objective.
-  std::optional<double> last_frame;           ///< The history's last frame that was seen, held.
-  std::string time_unit = {};                 ///< Of the history; "" where a fit of an earlier version does not say.
+  std::optional<double> after;       ///< With the best values.
+  std::vector<double> other_seeds;   ///< The best values with other seeds, where there is an objective.
+  std::optional<double> last_frame;  ///< The history's last frame that was seen, held.
+  std::string time_unit = {};        ///< Unit of the history; "" where a fit of an earlier version does not say.
   std::vector<HeldOutCapture> captures = {};  ///< Each by itself; none where there are no pictures of one.
 };
 
 /// Content of `report.json` of a finished folder that others need.
 struct FitManifest {
-  std::string history, history_key, model;                     ///< Of several captures: "open and shaded", all keys.
+  std::string history, history_key, model;                     ///< For several captures: "open and shaded", all keys.
   std::vector<std::pair<std::string, double>> terms;           ///< Figures of the objective with their weights.
   std::vector<std::pair<std::string, std::string>> comparing;  ///< ObjectiveOptions but `until`, as text.
   std::optional<HeldOutFrames> held_out;

@@ -26,7 +26,7 @@ struct FitEvaluation {
   std::string name;
   std::vector<FitPoint> points;
   std::optional<double> chance = {};    ///< The objective of the first point against itself, with another seed.
-  std::optional<double> held_out = {};  ///< Of the first point, on frames that no search sees.
+  std::optional<double> held_out = {};  ///< Objective of the first point, on frames that no search sees.
   bool is_converged = false;            ///< The search for an appearance came to its end.
   bool is_skipped = false;              ///< The search had come to its end before; there are no points then.
 

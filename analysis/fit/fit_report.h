@@ -41,7 +41,7 @@ struct FitOutcome {
   std::optional<HeldOut> held_out;  ///< With ObjectiveOptions::until.
 };
 
-/// What a comparison says of a capture with the starting and with the best values: sections with a `source` in every
+/// Sections of a comparison of a capture with the starting and with the best values: sections with a `source` in every
 /// picture, the first of them the look.
 struct CaptureSections {
   std::vector<Section> before, after;

@@ -17,7 +17,7 @@ struct FitModel {
     std::string name;
     AgeWith age;
     const FitObjective* objective = nullptr;
-    const FitObjective* held_out = nullptr;  ///< Of frames that no search sees; may be null.
+    const FitObjective* held_out = nullptr;  ///< Objective of frames that no search sees; may be null.
   };
   std::vector<FitParameter> parameters;
   std::vector<Capture> captures;                   ///< At least one.

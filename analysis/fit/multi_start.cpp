@@ -16,7 +16,7 @@ constexpr int kMaxDesignGenerations = 6;  ///< See docs/algorithms/fit.md.
 constexpr std::uint32_t kDesignPurpose = 0xde5160;
 constexpr std::uint32_t kChainPurpose = 1u << 24;  ///< Between the random numbers of one descent and the next.
 constexpr double kApart = 0.2;                     ///< Least distance of two starts, root mean square of a coordinate.
-constexpr double kSameValley = 0.01;               ///< Of every coordinate: nearer is the same valley.
+constexpr double kSameValley = 0.01;               ///< Share of every coordinate's range: nearer is the same valley.
 constexpr double kMinFirstStep = 0.1;              ///< Share of a range.
 constexpr int kMaxHalvings = 20;                   ///< Beyond 2^-20 a rank has no weight.
 

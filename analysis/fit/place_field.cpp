@@ -249,7 +249,8 @@ class FieldSearch {
   [[nodiscard]] Eigen::VectorXd smoothed(const std::vector<std::size_t>& kept,
                                          const std::vector<Eigen::VectorXd>& bases,
                                          const Eigen::VectorXd& penalty) const {
-    constexpr double kAsMuch = 1e-3;  // Of a bending against a difference of levels, squared: little, but not none.
+    constexpr double kAsMuch =
+        1e-3;  // Weight of a bending against a difference of levels, squared: little, but not none.
     const Eigen::Index size = penalty.size();
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(size, size);
     Eigen::VectorXd b = Eigen::VectorXd::Zero(size);

@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kShownTimes = 4;
 constexpr float kPlainLightness = 50.0f;  // Lightness that no crack changes.
 
-constexpr double kMinSlenderness = 4.0;  // Of a crack: length over mean width.
+constexpr double kMinSlenderness = 4.0;  // Length of a crack over its mean width.
 
 /// Rust, with the pixels around it, is no crack.
 constexpr int kRustMargin_px = 3;

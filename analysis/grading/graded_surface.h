@@ -45,7 +45,8 @@ struct GradeRegion {
 
 struct RegionFigures {
   std::array<std::optional<GradedFigure>, kGradedFigureNames.size()> figures = {};
-  std::string distribution = {};  ///< Of rust [ASTM D610]: S, G, P, H; "" without rust or without a pixel size.
+  std::string distribution =
+      {};  ///< Distribution of rust [ASTM D610]: S, G, P, H; "" without rust or without a pixel size.
   int num_spots = 0;
   std::optional<double> mean_spot_mm = {};  ///< Diameter of a circle of the same area.
 

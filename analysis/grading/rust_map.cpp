@@ -17,14 +17,14 @@ namespace {
 
 constexpr double kHalf = 0.5;  // Opacity from which on a pixel is rust: half way to its color.
 constexpr double kSure = 0.6;  // Spots of less opacity in their middle may be stains.
-constexpr double kLowOpacity = -0.25, kHighOpacity = 1.25;  // Of a byte's ends.
+constexpr double kLowOpacity = -0.25, kHighOpacity = 1.25;  // Opacities of a byte's ends.
 constexpr int kRing_px = 3;           // So far beyond its edge a blurred spot still adds to its area.
 constexpr double kColored = 0.3;      // Share of a spot that must have the color of rust: its rim is blurred.
 constexpr double kMaxChange = 0.7;    // Share of the change of the most changed hundredth that rust has.
 constexpr std::size_t kMinInner = 9;  // Pixels in the middle of spots.
 constexpr double kFaint = 0.2;        // Opacity of the blurred image of a spot too small for a half ...
 constexpr double kFaintPeak = 0.3;    // ... and of its brightest pixel.
-constexpr double kFaintSigmas = 3.5, kPeakSigmas = 5.5;  // The same over the noise of opacities.
+constexpr double kFaintSigmas = 3.5, kPeakSigmas = 5.5;  // Standard deviations of the noise of opacities.
 constexpr std::size_t kMaxFaint_px = 25;                 // A larger faint place is a stain.
 constexpr double kStays = 0.6;         // Share of a faint spot's opacity that later photographs show, too.
 constexpr double kMinContrast = 1e-4;  // Squared distance of rust's color from the surface's, linear.

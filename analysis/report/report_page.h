@@ -19,7 +19,7 @@ namespace patinate::analysis {
 /// @param scratch  A file that is written and removed. @throws CannotComplete
 void embed_pictures(std::vector<Picture>& pictures, const std::filesystem::path& scratch);
 
-/// What an item of a job leaves of its part of a report: the JSON, and in a second file the pictures in it, which may
+/// Files of an item's part of a report: the JSON, and in a second file the pictures in it, which may
 /// be larger than JSON may.
 [[nodiscard]] std::vector<std::filesystem::path> part_files(const std::filesystem::path& file);
 /// @param part  With a `source` in every element of `pictures`. @throws CannotComplete

@@ -39,7 +39,7 @@ std::optional<TimeQuartiles> quartiles(const TexelAging& aging, const std::vecto
 }
 
 CrackFigures cracks_of(const ColorStack& stack, std::size_t time, const ImageU8& mask) {
-  constexpr double kArm_px = 3.0;  // Of junctions, which are not looked at.
+  constexpr double kArm_px = 3.0;  // Arms of junctions, which are not looked at.
   const CrackNetwork network = measure_cracks(find_cracks(stack.lab_image(time, 0), mask), mask, kArm_px);
   return {network.share, network.length_px / static_cast<double>(stack.num_texels()) / stack.pixel_mm.value_or(1.0)};
 }

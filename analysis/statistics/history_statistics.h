@@ -43,7 +43,7 @@ struct HistoryStatistics {
   std::vector<std::array<double, 3>> mean_lab;
   std::vector<double> covered;  ///< Share with a visible change; empty for a single frame.
   std::vector<std::optional<double>>
-      correlation_length;                         ///< Of L*; mm when is_metric, else pixels of the size looked at.
+      correlation_length;  ///< Correlation length of L*; mm when is_metric, else pixels of the size looked at.
   std::vector<std::vector<double>> class_shares;  ///< [time][class]; empty without classes.
   std::vector<CrackFigures> cracks;               ///< One a time.
   bool is_metric = false;

@@ -198,7 +198,7 @@ class LayeredHistory final : public History {
     const HistoryFacts &b = below_->facts(), &a = above_->facts();
     facts_ = b;
     facts_.name = b.name + " + " + a.name;
-    if (a.origin != b.origin) facts_.origin = "synthetic";  // Of different origin: made, as a whole.
+    if (a.origin != b.origin) facts_.origin = "synthetic";  // Histories of different origin are synthetic as a whole.
     facts_.parts.clear();
     std::erase_if(facts_.maps, [](const std::string& name) { return is_material_map(name); });
     std::vector<std::string> extras;

@@ -21,7 +21,7 @@ void describe(OptionVisitor& v, SequenceFormat& o);
 
 /// How a model stands.
 struct ModelAxis {
-  UpAxis up = UpAxis::Y;  ///< Of the mesh; models have theirs along +Y.
+  UpAxis up = UpAxis::Y;  ///< Up axis of the mesh; models have theirs along +Y.
 };
 void describe(OptionVisitor& v, ModelAxis& o);
 

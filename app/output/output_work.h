@@ -49,7 +49,7 @@ struct OutputWork {
   /// Makes the picture where it is one image, which need not become a file.
   std::function<ImageF(const RunControl& control)> picture = {};
   std::vector<OutputPiece> pieces = {};
-  std::shared_ptr<const MovieFrames> movie = {};  ///< Of a movie: what a plan cuts `make` into.
+  std::shared_ptr<const MovieFrames> movie = {};  ///< Frames of a movie: what a plan cuts `make` into.
   std::optional<JobPlan> plan = {};
   std::vector<std::string> notes = {};  ///< Lines for a person, before the work.
   std::shared_ptr<const Json> report;   ///< Content of a report beside output and status: an object.

@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* kWater = "water";
 constexpr std::array<const char*, 2> kPlants{"moss", "organic"};  ///< The first that a scene has, as in the studio.
-constexpr float kMinRoughness = 0.05f;                            // As in the GLB that `simulate` writes.
+constexpr float kMinRoughness = 0.05f;  // Least roughness in the GLB that `simulate` writes, too.
 
 int material_index(const simulation::Scene& scene, const std::string& name) {
   const auto found = std::find(scene.materials.begin(), scene.materials.end(), name);

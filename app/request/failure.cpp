@@ -16,7 +16,8 @@ namespace {
 constexpr int kCannot = 1, kUsage = 2, kInput = 3;
 
 std::string message_of(const std::filesystem::filesystem_error& e) {
-  const std::filesystem::path& path = e.path2().empty() ? e.path1() : e.path2();  // Of a copy, what is written.
+  const std::filesystem::path& path =
+      e.path2().empty() ? e.path1() : e.path2();  // For a copy, the file that is written.
   return (path.empty() ? "the file system" : path.string()) + ": " + e.code().message();
 }
 

@@ -44,8 +44,8 @@ void note_ratio(double pixels_per_texel, double equal_resolution, const Words& s
 
 /// Names uneven UVs: lines become dots where texels skip pixels, whatever the resolution of the rest.
 void note_large_texels(const TexelMap& map, double pixel_mm, bool is_unwrapped, const Words& say) {
-  constexpr double kLarge = 1.3;       // Of a pixel's side; a line 1.5 px wide is then missed by some texels.
-  constexpr double kMuch = 1.0 / 3.0;  // Of the surface.
+  constexpr double kLarge = 1.3;       // In a pixel's side; a line 1.5 px wide is then missed by some texels.
+  constexpr double kMuch = 1.0 / 3.0;  // Share of the surface.
   const double share = map.share_of_larger_texels(kLarge * pixel_mm);
   if (share <= kMuch) return;
   say.warning(percent_text(share, 2) +
@@ -57,7 +57,7 @@ void note_large_texels(const TexelMap& map, double pixel_mm, bool is_unwrapped, 
 /// A surface on which texture makes no sense: of a few pixels of the history, around which every neighborhood would go
 /// many times, or of more than any history can be spread over.
 void require_plausible(const MeshSource& source, const transfer::TransferScale& scale, double equal_resolution) {
-  constexpr double kLeast = 4.0, kMost = 1e8;  // Of the history's pixels, along a side of the atlas.
+  constexpr double kLeast = 4.0, kMost = 1e8;  // In the history's pixels, along a side of the atlas.
   if (equal_resolution >= kLeast && equal_resolution <= kMost) return;
   throw IoError(source.path.string(), "with " + number_text(scale.mm_per_mesh_unit) + " mm to its unit and " +
                                           number_text(scale.texel_size_mm) +

@@ -27,8 +27,9 @@ constexpr double kSaturated = 0.3;  ///< (max - min) / max of a color that has s
 constexpr double kShadeLow = 1.0 / 3.0, kShadeHigh = 1.5;
 constexpr double kNearColor = 0.1;     ///< Codes.
 constexpr double kGrainBlur_px = 1.5;  ///< Takes a camera's grain to a fifth.
-constexpr double kNoises = 4.0;        ///< Of a photograph's difference from the middle of all, in place.
-constexpr double kSteady = 0.012;      ///< Codes; three of 255: less than this is no change.
+constexpr double kNoises =
+    4.0;  ///< In standard deviations of a photograph's difference from the middle of all, in place.
+constexpr double kSteady = 0.012;  ///< Codes; three of 255: less than this is no change.
 
 float distance(const float* a, const std::array<double, 3>& b) {
   double sum = 0.0;

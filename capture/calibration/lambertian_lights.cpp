@@ -229,7 +229,7 @@ LambertianLightResult lights_from_lambertian(const Camera& camera, const std::ve
     problem.positions.push_back(position);
     problem.strengths.push_back(fit.strength);
     problem.ambient += fit.ambient / static_cast<double>(given.size());
-    // What faces away tells nothing; what is in its own shadow would only pull.
+    // Surfaces that face away tell nothing; those in their own shadow would only pull.
     std::erase_if(samples[k], [&place = position](const ShadedSample& s) {
       return (place - s.point_mm).dot(s.normal) <= 0.05 * (place - s.point_mm).norm();
     });

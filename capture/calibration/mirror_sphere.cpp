@@ -143,7 +143,7 @@ SphereFit fit_sphere(const Camera& camera, const MirrorSphere& sphere) {
     moments += (p - middle) * (p - middle).transpose();
   }
   const Vec2 widths = symmetric_eigen(moments).values;
-  constexpr double kLine = 1e-6;  // Of an arc of 13 degrees.
+  constexpr double kLine = 1e-6;  // For an arc of 13 degrees.
   if (rays.size() < sphere.outline_px.size()) {
     if (!is_in_picture(camera, middle)) fit.status = SphereFitStatus::OutOfPicture;
     return fit;

@@ -31,7 +31,7 @@ struct ResponseCurve {
   int low_code = 0;                  ///< Codes that the photographs show.
   int high_code = 255;
   Response closest;          ///< sRGB, linear or the best gamma.
-  double closest_rms = 0.0;  ///< Of linear - closest over [low_code, high_code], weighted by the hat.
+  double closest_rms = 0.0;  ///< Root mean square of linear - closest over [low_code, high_code], weighted by the hat.
 };
 
 /// log exposure of every pixel and log linear of every code by weighted linear least squares [Debevec and Malik 1997];

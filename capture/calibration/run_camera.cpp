@@ -34,7 +34,7 @@ struct CalibrationTarget {
   int rows = 0;
   double spacing_mm =
       0.0;  ///< Side of a square; for circles, distance of neighboring rows (half that of neighbors in a row); > 0.
-  std::vector<Vec3> points_mm;  ///< Of Points.
+  std::vector<Vec3> points_mm;  ///< Points of kind Points.
 
   /// Its points in its own frame, z = 0 for the two flat kinds. @throws InvalidInput if a number is out of range.
   [[nodiscard]] std::vector<Vec3> points() const;

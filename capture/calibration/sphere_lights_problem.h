@@ -13,7 +13,7 @@ namespace patinate::capture {
 struct SphereLightProblem {
   std::vector<Vec3> centers;  ///< Centers of the spheres.
   std::vector<Vec3> lights;   ///< Positions, or unit directions.
-  std::vector<bool> is_near;  ///< As many as lights.
+  std::vector<bool> is_near;  ///< One for each light.
   std::vector<bool> is_used;  ///< Lights that a sphere shows.
 };
 struct SphereLightSolution {

@@ -13,7 +13,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kMinSlope = 0.1;  ///< Of a response: from black to white it then spans the tenth of its range.
+constexpr double kMinSlope = 0.1;  ///< Slope of a response: from black to white it then spans the tenth of its range.
 /// Numbers of a camera and one photograph: matrix, sensor, response, light. Of what a table says, the fit takes so many
 /// to itself, and errs elsewhere by as much more.
 constexpr double kNumFitted = 29.0;

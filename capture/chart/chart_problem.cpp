@@ -18,15 +18,16 @@ namespace {
 // Priors, in the same units as a difference of one CIEDE2000: weaker than one patch of one photograph.
 constexpr Color3 kBendDeviations{0.5, 0.1, 0.03};
 constexpr double kMixDeviation = 0.3;         ///< See docs/algorithms/chart.md, The model.
-constexpr double kSlopeDeviation = 0.5;       ///< Of light that all photographs share.
-constexpr double kOwnSlopeDeviation = 0.05;   ///< Of each: the chart is tilted a little.
+constexpr double kSlopeDeviation = 0.5;       ///< Slope of the light that all photographs share.
+constexpr double kOwnSlopeDeviation = 0.05;   ///< Slope of each: the chart is tilted a little.
 constexpr double kVignettingDeviation = 0.5;  ///< See docs/algorithms/chart.md, The model.
-constexpr double kGaugeDeviation = 1e-3;      ///< Of the first photograph's gains, which the matrix could have as well.
-constexpr double kMisfit = 1.0;               ///< CIEDE2000 that a 3 x 3 matrix leaves of most patches.
-constexpr double kNoise = 0.2;                ///< The same by which a patch differs from one photograph to another.
-constexpr double kLossScale = 3.0;            ///< Deviations of either from which on a patch counts less.
-/// Of the largest value: what is darker has no logarithm worth fitting. The black patch has 0.03 of the light, and
-/// under 0.001 where linear codes were taken for sRGB.
+constexpr double kGaugeDeviation =
+    1e-3;                           ///< Deviation of the first photograph's gains, which the matrix could have as well.
+constexpr double kMisfit = 1.0;     ///< CIEDE2000 that a 3 x 3 matrix leaves of most patches.
+constexpr double kNoise = 0.2;      ///< CIEDE2000 by which a patch differs from one photograph to another.
+constexpr double kLossScale = 3.0;  ///< Deviations of either from which on a patch counts less.
+/// Share of the largest value: what is darker has no logarithm worth fitting. The black patch has 0.03 of the light,
+/// and under 0.001 where linear codes were taken for sRGB.
 constexpr double kMinShare = 1e-3;
 constexpr int kMostIterations = 100;  ///< It ends earlier where the fit rests.
 constexpr double kDarkest = 1e-9;     ///< In place of a channel that is black all over.
@@ -50,7 +51,7 @@ std::array<T, 3> color_of(const std::array<T, 3>& light, const T* mix, const T* 
 struct PatchCost {
   ChartSample sample;
   Color3 u{}, middle{};  ///< Logarithms of the values over the middle ones.
-  Color3 share{};        ///< Of the light at the response's lower end: 1, or less for values below it.
+  Color3 share{};        ///< Share of the light at the response's lower end: 1, or less for values below it.
 
   template <class T>
   bool operator()(const T* bend, const T* mix, const T* color, const T* field, const T* misfit, const T* of_photo,

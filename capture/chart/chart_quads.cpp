@@ -17,15 +17,15 @@ namespace {
 
 constexpr double kBlur_px = 1.2;                                     ///< Takes a camera's grain to a fifth.
 constexpr std::array<double, 5> kEdges{4.0, 8.0, 16.0, 32.0, 64.0};  ///< Codes of 255 by two pixels that bound a patch.
-constexpr double kMinSide_px = 6.0;                                  ///< Of a patch, without its blurred border.
+constexpr double kMinSide_px = 6.0;                                  ///< Side of a patch, without its blurred border.
 constexpr double kLargestShare = 0.03;  ///< Share of the picture: 24 patches fill three quarters of it.
 constexpr double kMinFilled = 0.8;      ///< Share of the quad around a patch.
 constexpr double kLargestAspect = 1.8;  ///< A patch is a square, tilted by up to 55 degrees.
 constexpr double kSame = 0.35;          ///< Share of a side: two quads of one patch.
 /// Distance of two middles over the side that is found: patches fill 0.87 of it, less the border that is blurred.
 constexpr double kMinStep = 1.02, kLargestStep = 2.2;
-constexpr double kSizeRatio = 1.6;       ///< Of neighbors.
-constexpr double kOffPlace = 0.25;       ///< Of a step, that the next quad may lie beside where it is looked for.
+constexpr double kSizeRatio = 1.6;       ///< Ratio of neighbors' sizes.
+constexpr double kOffPlace = 0.25;       ///< Share of a step that the next quad may lie beside where it is looked for.
 constexpr int kFarthest = 12;            ///< Columns or rows from the first quad.
 constexpr std::size_t kMaxQuads = 1000;  ///< The largest: texture of a surface has thousands of small ones.
 constexpr std::size_t kMaxGrids = 8;
@@ -56,7 +56,7 @@ std::optional<ChartQuad> quad_of(const std::vector<cv::Point>& contour, double m
   if (area < kMinSide_px * kMinSide_px || area > most_area) return std::nullopt;
   std::vector<cv::Point> hull, corners;
   cv::convexHull(contour, hull);
-  constexpr std::array<double, 4> kTolerances{0.06, 0.1, 0.15, 0.2};  // Of a side.
+  constexpr std::array<double, 4> kTolerances{0.06, 0.1, 0.15, 0.2};  // Shares of a side.
   for (const double tolerance : kTolerances) {
     cv::approxPolyDP(hull, corners, tolerance * std::sqrt(area), true);
     if (corners.size() <= 4) break;
@@ -158,7 +158,7 @@ QuadGrid trimmed(QuadGrid grid) {
     const int fewest_column = std::min(columns.begin()->second, columns.rbegin()->second);
     const int fewest_row = std::min(rows.begin()->second, rows.rbegin()->second);
     const bool is_column =
-        std::max(wide, high) > kChartColumns ? wide >= high : fewest_column <= fewest_row;  // Of the longer side.
+        std::max(wide, high) > kChartColumns ? wide >= high : fewest_column <= fewest_row;  // By the longer side.
     const std::map<int, int>& counts = is_column ? columns : rows;
     const int gone = counts.begin()->second <= counts.rbegin()->second ? counts.begin()->first : counts.rbegin()->first;
     std::erase_if(grid, [&](const auto& at) { return (is_column ? at.first.first : at.first.second) == gone; });

@@ -14,11 +14,11 @@ namespace {
 
 constexpr double kPatchRadius = 0.22;  ///< Share of the distance to the next patch, whose half side is 0.43 of it.
 constexpr double kMaxSaturated = 0.1;  ///< Share of a patch's pixels: no more are left out of a mean at its bright end.
-constexpr double kLeastPixels = 12.0;  ///< Of a sample.
+constexpr double kLeastPixels = 12.0;  ///< Pixels of a sample.
 /// Relative difference of a quarter of a patch. Light that falls by half over the whole chart changes a patch by a
 /// tenth of this.
 constexpr double kMaxUneven = 0.3;
-/// Of white: then the black patch is below code 6 of sRGB, and half a code is a tenth of it.
+/// Light of white: then the black patch is below code 6 of sRGB, and half a code is a tenth of it.
 constexpr double kMinWhite = 0.04;
 constexpr double kMinCode = 7.6e-4;  ///< Linear light of code 2.5 of 255 in sRGB: colors outside of a camera's gamut.
 constexpr double kFaint = 0.01;      ///< Added to light that is divided by: a patch may be black in a channel.

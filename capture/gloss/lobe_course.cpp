@@ -12,12 +12,12 @@ namespace {
 
 /// Range of roughness that the course may have.
 constexpr double kFirstRoughness = 0.1, kLastRoughness = 0.95;
-constexpr double kChange = 1.0;  ///< Of a logarithm over all of the time.
-// What a lobe is where nothing tells: satin of a mineral, once for the whole course.
+constexpr double kChange = 1.0;  ///< Change of a logarithm over all of the time.
+// Lobe where nothing tells: satin of a mineral, once for the whole course.
 constexpr double kUsualRoughness = 0.5, kUsualStrength = 0.04, kUsualSpread = 1.0;
 constexpr int kBlock = 4;                                  ///< Tiles along a block whose rests are looked at together.
 constexpr double kMinStrength = 1e-4, kMaxStrength = 3.0;  ///< Range of a lobe's strength.
-constexpr double kSignificant = 30.0;  ///< Of chi-square, 5.5 standard deviations: as among relit materials.
+constexpr double kSignificant = 30.0;  ///< Chi-square, 5.5 standard deviations: as among relit materials.
 constexpr int kMinTiles = 8;           ///< Least tiles of a photograph that counts.
 /// Rounds of course and noise, and Gauss-Newton steps of each.
 constexpr int kCourseRounds = 5, kMostSteps = 30;

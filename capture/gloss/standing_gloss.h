@@ -16,11 +16,11 @@ namespace patinate::capture {
 
 /// Pixels that look alike, in all photographs.
 struct GlossMaterial {
-  Vec3 color = Vec3::Zero();        ///< Of albedo: shares of red and green, and a little of lightness.
+  Vec3 color = Vec3::Zero();        ///< Color of the albedo: shares of red and green, and a little of lightness.
   std::optional<Vec3> albedo = {};  ///< Its mean; not known where all is taken for one material.
   double share = 0.0;               ///< Share of the pixels of all photographs.
   bool is_metallic = false;         ///< Its lobe has a color, or reflects more than minerals do.
-  LobeCourse course = {};           ///< Of what is_told is false, no highlight is taken off.
+  LobeCourse course = {};           ///< Where its is_told is false, no highlight is removed.
 };
 
 struct StandingGloss {

@@ -27,7 +27,7 @@ constexpr double kOtherTurn_deg = 15.0;             ///< Beyond which it is anot
 constexpr double kClearly = 2.0;                    ///< Times worse the next turn must be.
 constexpr double kMaxCut = 0.4;                     ///< Share of an outline that may lie on the photograph's border.
 constexpr double kHoleNear =
-    0.04;  ///< Of the object's size. These three: chosen on a rusting plate in four photographs.
+    0.04;  ///< Share of the object's size. These three: chosen on a rusting plate in four photographs.
 constexpr double kHoleSize = 1.5;   ///< Times as large, at most: a label next to where a hole should be is no hole.
 constexpr double kMinHole = 0.001;  ///< Share of the object's area: less is grain.
 constexpr double kRound =

@@ -30,7 +30,7 @@ struct PhotoPlace {
   Eigen::Matrix3d reference_from_photo = Eigen::Matrix3d::Identity();  ///< Pixel centers; lower right 1.
   AlignModel model = AlignModel::Similarity;                           ///< Similarity or Homography.
   double residual_px = 0.0;  ///< Root mean square disagreement of its matches, in the reference's pixels.
-  int through = -1;          ///< Of Through: the photograph next to it on the way to the reference.
+  int through = -1;          ///< For Through: the photograph next to it on the way to the reference.
   int num_pairs = 0;         ///< Accepted pairs that hold it.
 };
 

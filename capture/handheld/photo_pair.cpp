@@ -19,9 +19,9 @@ constexpr double kSearchInlier_px = 4.0;  ///< In pixels of the search; two redu
 constexpr double kLogChance = -6.0;       ///< Decimal, of views expected by chance.
 constexpr std::size_t kLeastPlaces = 10;  ///< That agree.
 constexpr double kPlace_px = 3.0;         ///< One detail is often found several times.
-constexpr double kMinSpread = 0.05;       ///< Of the smaller photograph's shorter side, standard deviation.
-constexpr double kMaxScale = 16.0;        ///< Of one photograph against the other.
-constexpr double kMaxPerspective = 4.0;   ///< Of scales at two corners of one photograph.
+constexpr double kMinSpread = 0.05;       ///< Share of the smaller photograph's shorter side, standard deviation.
+constexpr double kMaxScale = 16.0;        ///< Scale of one photograph against the other.
+constexpr double kMaxPerspective = 4.0;   ///< Ratio of scales at two corners of one photograph.
 
 Eigen::Matrix3d invalid() { return Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN()); }
 
@@ -174,7 +174,7 @@ std::vector<PointMatch> thinned(const std::vector<PointMatch>& matches, const Ph
 /// matter.
 bool is_refuted(const Eigen::Matrix3d& similarity, const Eigen::Matrix3d& homography,
                 const std::vector<PointMatch>& matches, double least_px) {
-  constexpr double kMinF = 8.0;  // Of F(4, many), which chance exceeds once in a million.
+  constexpr double kMinF = 8.0;  // Value of F(4, many) that chance exceeds once in a million.
   const double rest = 2.0 * static_cast<double>(matches.size()) - 8.0;
   if (rest < 8.0) return false;
   const double simple = squared_error(similarity, matches), full = squared_error(homography, matches);

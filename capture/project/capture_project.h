@@ -60,7 +60,7 @@ struct CaptureProject {
   std::filesystem::path file;  ///< The project file itself.
   std::string name;
   TimeUnit time_unit = TimeUnit::Seconds;
-  std::string time_source;  ///< As FrameSources says them.
+  std::string time_source;  ///< Source of times as FrameSources says it.
   std::string time_span;
   std::vector<HistoryWarning> time_warnings;
   Response response;  ///< Response of codes; camera RAW and float images are light already.
@@ -79,7 +79,7 @@ struct CaptureProject {
   std::vector<GivenControl> controls;
   Appearance appearance;  ///< Stated material beside its color; may be empty.
   std::optional<std::filesystem::path> mask;
-  std::optional<PixelRectangle> reference_patch;  ///< Of the reference photograph: its color does not change.
+  std::optional<PixelRectangle> reference_patch;  ///< Patch of the reference photograph: its color does not change.
   std::optional<ChartSettings> chart;             ///< Colors are measured by it.
   std::optional<double> texel_size_mm;            ///< Surface length of a pixel of the photographs.
 

@@ -25,10 +25,10 @@ struct DatedPhoto {
 [[nodiscard]] std::string photo_time_text(const std::filesystem::path& file, const ImageInfo& info);
 
 struct FrameTimes {
-  std::vector<double> times;  ///< Of the photographs that are kept, in their order; in `unit`, from the earliest of all
-                              ///< photographs on; all different.
-  std::string source;         ///< "EXIF DateTimeOriginal", "EXIF DateTimeDigitized" or "dates in file names".
-  std::string span;           ///< "2023-03-26 01:30:00 +01:00 to 2023-03-26 04:00:00 +02:00".
+  std::vector<double> times;  ///< Times of the photographs that are kept, in their order; in `unit`, from the earliest
+                              ///< of all photographs on; all different.
+  std::string source;  ///< "EXIF DateTimeOriginal", "EXIF DateTimeDigitized" or "dates in file names".
+  std::string span;    ///< "2023-03-26 01:30:00 +01:00 to 2023-03-26 04:00:00 +02:00".
   std::vector<HistoryWarning> warnings;  ///< Where sources disagree, with both values.
 };
 

@@ -100,7 +100,7 @@ ImageF ProgressDeviation::result() const {
 }
 
 constexpr float kMinChange = 0.02f;      ///< Five 8-bit codes: below, it may be the camera.
-constexpr float kMinChangeShare = 0.1f;  ///< Of the 99th percentile.
+constexpr float kMinChangeShare = 0.1f;  ///< Share of the 99th percentile.
 constexpr double kAgedRank = 0.9;        ///< Among the changing pixels, by the largest change.
 
 /// Brings frames to the size and smoothness at which they are compared.

@@ -16,7 +16,8 @@ namespace {
 constexpr double kPartnerGate = 3.0;    ///< In fine distances, as look_at_pose() begins.
 constexpr double kPartnerCosine = 0.5;  ///< Normals of partners: 60 degrees, as when scans are aligned.
 constexpr double kStaysWithin = 3.0;    ///< Deviations of the points' scatter,
-constexpr double kSpreadRank = 0.95, kSpreadOfNormal = 1.96;  ///< Of |distance|, in deviations of a normal one.
+constexpr double kSpreadRank = 0.95,
+                 kSpreadOfNormal = 1.96;  ///< Rank of |distance|, and its value in deviations of a normal distribution.
 constexpr int kPartRounds = 2;            ///< Few: a part that lies at one end would run off sideways.
 constexpr double kSmallestPart = 0.1;     ///< Share of the surface: less than a tenth carries no pose.
 constexpr std::size_t kMinPartners = 30;  ///< Fewer partners do not show a distribution of distances.
@@ -24,9 +25,9 @@ constexpr std::int64_t kPartnersAChunk = 512;
 
 /// A surfel of the source and its partner.
 struct Partners {
-  Vec6 row = Vec6::Zero();  ///< Of what a small motion raises the source by there.
+  Vec6 row = Vec6::Zero();  ///< Derivative of the source's height there by a small motion.
   double raised = 0.0;      ///< How much higher the source lies, along the normal.
-  double variance = -1.0;   ///< Of it, were the noise that of the points; < 0: no partner.
+  double variance = -1.0;   ///< Variance if the noise were that of the points; < 0: no partner.
 };
 
 /// Where normals point to either side: the axis that most of them lie along. A scan shows a surface from one side, so

@@ -9,7 +9,7 @@ namespace patinate::capture {
 /// Evidence of a change between two scans in a pose.
 struct ChangedSurface {
   double staying = 1.0;  ///< Share of the partners that are no farther apart than the points' own scatter makes them.
-  /// What the pose would move by, (rotation in radians, shift) about the target's middle in the scans' unit, were only
+  /// Motion of the pose, (rotation in radians, shift) about the target's middle in the scans' unit, were only
   /// the part of the surface unchanged that is most likely so: the half (or what stays, if that is less, a tenth at
   /// least) that lies lowest or highest in the source, whichever is the more even. As far as distances are more than
   /// the points' scatter: 0 for a surface that stays.

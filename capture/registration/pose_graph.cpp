@@ -15,7 +15,7 @@ constexpr double kFree = 1e-9;  ///< Share of the largest eigenvalue.
 
 struct EdgeCost {
   Eigen::Matrix<double, 6, 6, Eigen::RowMajor> root;  ///< root^T root = information.
-  RigidTransform source_from_target;                  ///< As measured.
+  RigidTransform source_from_target;                  ///< Pose as measured.
 
   template <class T>
   bool operator()(const T* target, const T* source, T* residual) const {

@@ -14,8 +14,8 @@ struct PoseEdge {
   int target = 0;
   int source = 0;
   RigidTransform target_from_source;
-  Matrix6 information =
-      Matrix6::Zero();  ///< Of (rotation, shift) on the target's side, about its origin; free directions have 0.
+  Matrix6 information = Matrix6::Zero();  ///< Information of (rotation, shift) on the target's side, about its origin;
+                                          ///< free directions have 0.
 };
 
 /// Minimizes sum e^T information e, e = (rotation, shift) that is left of world_from_target^-1 world_from_source

@@ -10,7 +10,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kRadius = 2.5;     ///< Of a fine surfel, in their distances.
+constexpr double kRadius = 2.5;     ///< Radius of a fine surfel, in their distances.
 constexpr double kSightCell = 2.0;  ///< In fine distances.
 constexpr double kMinSurface =
     0.5;  ///< Share of places with a surfel, below which the points are noisier than they are apart:

@@ -68,7 +68,7 @@ class PreparedScan {
   [[nodiscard]] double scale() const { return scale_; }
   [[nodiscard]] double surface_share() const {
     return surface_share_;
-  }  ///< Of the places where a fine surfel was looked for.
+  }  ///< Share of the places where a fine surfel was looked for.
   /// Points per fine surfel.
   [[nodiscard]] double points_per_surfel() const { return points_per_surfel_; }
 
@@ -107,7 +107,8 @@ class PreparedScan {
 /// Unconstrained degrees of freedom in normalized coordinates in the target's own frame.
 [[nodiscard]] std::vector<UnconstrainedDof> in_frame(std::vector<UnconstrainedDof> motions, const PreparedScan& target);
 
-inline constexpr double kCoarseDistance = 0.12;  ///< Of coarse surfels, normalized: a tenth of the object's size or so.
+inline constexpr double kCoarseDistance =
+    0.12;  ///< Distance of coarse surfels, normalized: a tenth of the object's size or so.
 
 /// x_in_cloud = middle + scale * x_normalized on both sides.
 [[nodiscard]] RigidTransform normalized(const RigidTransform& target_from_source, const PreparedScan& target,
@@ -115,7 +116,7 @@ inline constexpr double kCoarseDistance = 0.12;  ///< Of coarse surfels, normali
 [[nodiscard]] RigidTransform in_unit(const RigidTransform& pose, const PreparedScan& target,
                                      const PreparedScan& source);
 
-/// Of the surface that both scans see in a pose (normalized), the share that lies in the other scanner's lines of sight
+/// Share of the surface seen by both scans in a pose (normalized) that lies in the other scanner's lines of sight
 /// by more than `tolerance`; nothing when neither scan says where its scanner stood. @param num_looked  About so many
 /// surfels of either scan are looked at; > 0.
 [[nodiscard]] std::optional<double> share_in_front(const PreparedScan& target, const PreparedScan& source,

@@ -56,9 +56,10 @@ constexpr double kMaxScatter = 6.0;         ///< unless the points' own scatter 
 constexpr int kLookedInFrontOfPose = 3000;  ///< Points whose lines of sight are checked, evenly picked.
 /// Tolerances in the residuals' scale and in spacings (docs/algorithms/registration.md).
 constexpr double kSightScales = 5.0, kSightDistance = 0.5;
-constexpr double kSightDepth = 0.04;   ///< Normalized: growth and wear are less than that, a wrong pose is not.
-constexpr int kMinTrustedPairs = 30;   ///< Fewer pairs do not make a trusted pose.
-constexpr double kCrossedShare = 0.3;  ///< Of a direction's information that must come from more than noise of normals.
+constexpr double kSightDepth = 0.04;  ///< Normalized: growth and wear are less than that, a wrong pose is not.
+constexpr int kMinTrustedPairs = 30;  ///< Fewer pairs do not make a trusted pose.
+constexpr double kCrossedShare =
+    0.3;  ///< Share of a direction's information that must come from more than noise of normals.
 
 /// How far in front counts: more than the fit's own scatter, than what a slope makes between the cells of lines of
 /// sight, and than surfaces age.

@@ -10,7 +10,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kShift = 0.5;              ///< Of the middles from each other, normalized.
+constexpr double kShift = 0.5;              ///< Distance of the middles from each other, normalized.
 constexpr double kFirstGate = 0.8;          ///< Distance of partners at first, of the scan's size.
 constexpr int kFirstStride = 3;             ///< All starts are followed for a few steps with every third surfel,
 constexpr int kFirstIterations = 10;        ///< Iterations of all starts, on coarse surfels.

@@ -21,7 +21,7 @@ constexpr double kNarrower = 0.75;  ///< How fast the scale is narrowed,
 constexpr double kNarrowest = 2.0;  ///< to so many times what the points' own scatter makes.
 constexpr double kMinCosine = 0.5;  ///< Normals of partners: 60 degrees.
 constexpr int kMinPairsToSolve = 12;  ///< Twice the six unknowns of a motion.
-constexpr double kSureShare = 0.999;  ///< Of a margin: rounding.
+constexpr double kSureShare = 0.999;  ///< Share of a margin: rounding.
 
 double quantile_of(std::vector<double>& values, double share) {
   if (values.empty()) return 0.0;

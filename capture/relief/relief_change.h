@@ -61,8 +61,8 @@ struct Relief {
   ReliefView view;
   double window_mm = 0.0;  ///< Window as used.
   double reach_mm = 0.0;
-  ImageF position_mm, normal;         ///< Of the reference, in its frame; 0 where there is no surface.
-  ImageU8 surface;                    ///< 255 where there is.
+  ImageF position_mm, normal;  ///< Position and normal of the reference, in its frame; 0 where there is no surface.
+  ImageU8 surface;             ///< 255 where there is.
   std::vector<ReliefChange> changes;  ///< One a scan but the reference, in order.
 };
 

@@ -22,9 +22,10 @@ namespace patinate::capture {
 namespace {
 
 constexpr std::size_t kMinSamples = 10;  ///< Points that a layer needs in a window.
-constexpr double kMaxAside = 0.35;       ///< Of the radius: the points' middle from the axis; a half disk's is at 0.42.
-constexpr double kMaxOff = 3.5;          ///< Robust standard deviations off the plane.
-constexpr double kSteepest = 2.5;        ///< Slope against the direction: 68 degrees.
+constexpr double kMaxAside =
+    0.35;                          ///< Share of the radius: the points' middle from the axis; a half disk's is at 0.42.
+constexpr double kMaxOff = 3.5;    ///< Robust standard deviations off the plane.
+constexpr double kSteepest = 2.5;  ///< Slope against the direction: 68 degrees.
 
 struct Sample {
   double along, s, t;
@@ -86,7 +87,7 @@ void drop_outliers(std::vector<Sample>& samples) {
 }
 
 constexpr std::size_t kMinInLayer = 10;
-constexpr double kMinFacing = 0.25;  ///< Of a normal to the viewer: 75 degrees.
+constexpr double kMinFacing = 0.25;  ///< Cosine of a normal to the viewer: 75 degrees.
 
 Vec3 mean_of(std::span<const Vec3> points) {
   Vec3 sum = Vec3::Zero();

@@ -16,7 +16,7 @@ namespace patinate::capture {
 /// A surface over a place.
 struct LocalHeight {
   double height = 0.0;    ///< Along the direction, from the place.
-  double variance = 0.0;  ///< Of it, from what the points leave of the plane; > 0.
+  double variance = 0.0;  ///< Variance of the height, from what the points leave of the plane; > 0.
   Vec3 normal;            ///< Normal of the plane, unit, on the side that the direction points to.
   int num_points = 0;
 };
@@ -61,7 +61,7 @@ struct ReliefView {
 [[nodiscard]] ReliefView relief_view(const PointCloud& scan, const Vec3& toward, double texel, double margin);
 
 struct ReliefPlace {
-  int x = 0, y = 0;       ///< Of the view.
+  int x = 0, y = 0;       ///< Pixel of the view.
   Vec3 position, normal;  ///< In the scan's frame; the normal on the viewer's side.
   double area = 0.0;      ///< Area of the surface within the pixel.
 };

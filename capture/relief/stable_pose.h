@@ -27,9 +27,10 @@ struct HeightDifference {
 };
 
 struct StablePose {
-  Vec6 motion = Vec6::Zero();            ///< Brings the scan to the reference.
-  Matrix6 covariance = Matrix6::Zero();  ///< Of it; 0 in degrees of freedom that heights do not constrain.
-  int num_dofs = 0;                      ///< That heights constrain.
+  Vec6 motion = Vec6::Zero();  ///< Brings the scan to the reference.
+  Matrix6 covariance =
+      Matrix6::Zero();        ///< Covariance of the pose; 0 in degrees of freedom that heights do not constrain.
+  int num_dofs = 0;           ///< That heights constrain.
   double agreeing = 0.0;      ///< Share of the differences that the pose explains, within 3 standard deviations.
   double noise_factor = 1.0;  ///< Standard deviation of those, over the stated one; robust.
 };

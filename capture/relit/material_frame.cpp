@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kMineral = 0.04;   ///< F0 of what is no metal beside metal.
 constexpr double kMinMetal = 0.02;  ///< Less is none.
-constexpr double kPure = 0.95;      ///< Of more no diffuse light tells the color.
+constexpr double kPure = 0.95;      ///< Metalness beyond which no diffuse light tells the color.
 
 struct PixelFrame {
   Vec3 color, tint;

@@ -33,8 +33,8 @@ struct RelitOptions {
   FillOptions fill = {};          ///< Texels that some step does not show.
   ProgressOptions progress = {};  ///< For projects without any shape.
 };
-/// What `ingest` has not described for captures of the other kind already: accept_failed, the method of registration,
-/// unlight.
+/// Describes options that `ingest` has not described for captures of the other kind already: accept_failed, the method
+/// of registration, unlight.
 void describe(OptionVisitor& v, RelitOptions& o);
 
 /// Plan that writes the history of a project into `output`. Items: the reference view; a pose for every step; a frame

@@ -90,9 +90,10 @@ ImageF report_stddev(const ImageF& albedo, const ImageF& stddev, const ImageU8& 
 constexpr float kBlackPhoto = 1e-4f;  ///< Linear value that every photograph of a lit surface passes somewhere.
 constexpr double kMinOverlap = 0.1;   ///< Share of the reference's pixels that a step must show.
 constexpr double kLargestOffset =
-    3.0;  ///< Of a scan's texel size: a scan farther off is not of this object, or not registered.
-constexpr double kLargeResidual = 0.1;  ///< Of the photographs' values; noise and small errors of normals stay below.
-constexpr float kMaxHalf = 65504.0f;    ///< Largest finite half float.
+    3.0;  ///< In a scan's texel size: a scan farther off is not of this object, or not registered.
+constexpr double kLargeResidual =
+    0.1;  ///< Share of the photographs' values; noise and small errors of normals stay below.
+constexpr float kMaxHalf = 65504.0f;  ///< Largest finite half float.
 
 struct StepFrame {
   UnlightResult result;  ///< In the reference view; normals in the reference's frame.

@@ -47,8 +47,9 @@ struct ScanView {
 struct StepPlaces {
   ImageF place_px;  ///< x 2: column and row; only where `seen`.
   ImageU8 seen;     ///< 255 where the pixel nearest to the place of the surface is `whole`.
-  /// Of the step's photographs: 255 where a pixel shows the surface and it alone, and so do the eight around; empty:
-  /// all. Others have no part in a sample: one whose center lies on the object may have half of its area outside.
+  /// Mask of the step's photographs: 255 where a pixel shows the surface and it alone, and so do the eight around;
+  /// empty: all. Others have no part in a sample: one whose center lies on the object may have half of its area
+  /// outside.
   ImageU8 whole = {};
   std::int64_t num_on_scan = 0;  ///< Reference pixels at whose place the step's scan is seen at all.
   double offset_mm = 0.0;  ///< Median distance of the reference surface from the step's scan there, along the normal.

@@ -33,8 +33,9 @@ struct RelitRegistration {
   double overlap = 0.0;
   int num_pairs = 0;
   bool is_found_by_search = false;
-  double stddev_deg = 0.0, stddev_mm = 0.0;  ///< Of the pose, as far as the surface that stayed may be misjudged, too.
-  double staying = 1.0;                      ///< Share of the surface that lies where the reference's does.
+  double stddev_deg = 0.0,
+         stddev_mm = 0.0;  ///< Deviation of the pose, as far as the surface that stayed may be misjudged, too.
+  double staying = 1.0;    ///< Share of the surface that lies where the reference's does.
   std::vector<std::string> unconstrained_dofs = {};  ///< Unconstrained dofs as text_of() says them.
 };
 
@@ -158,7 +159,8 @@ void run_relit_step(const RelitWork& work, std::size_t index, const std::filesys
 /// @throws CannotComplete where the scans share too little to be laid over one another.
 [[nodiscard]] ImageF relit_height(const RelitWork& work, std::size_t index, const RelitPose& pose,
                                   const ScanView& reference, const RunControl& control);
-/// What run_relit_step() writes beside its facts, of a step that is in the history (--accept-failed leaves some out).
+/// Files that run_relit_step() writes beside its facts, of a step that is in the history (--accept-failed leaves some
+/// out).
 [[nodiscard]] std::vector<std::filesystem::path> relit_frame_outputs(const RelitWork& work, std::size_t index);
 [[nodiscard]] std::vector<std::string> relit_frame_extras(const RelitWork& work);
 /// The page and relit.json. @param history  All of it but for the manifest's file is written. @param mask  The

@@ -65,7 +65,7 @@ std::optional<std::array<double, 3>> mean_lab(const ImageF& color, const ImageU8
   if (count == 0) return std::nullopt;
   const double n = static_cast<double>(count);
   std::array<double, 3> lab = lab_from_linear(sum[0] / n, sum[1] / n, sum[2] / n);
-  constexpr double kSteps = 1e4;  // Of gray, a* and b* would be rounding errors.
+  constexpr double kSteps = 1e4;  // More steps of gray, a* and b* would be rounding errors.
   for (double& v : lab) v = std::round(kSteps * v) / kSteps + 0.0;
   return lab;
 }

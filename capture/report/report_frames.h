@@ -14,10 +14,11 @@
 
 namespace patinate::capture {
 
-inline constexpr int kThumbnailSide_px = 160;        ///< Longer side of a thumbnail, at most.
-inline constexpr int kReportMapSide_px = 320;        ///< Longer side of a map, at most.
-inline constexpr std::size_t kMaxThumbnails = 60;    ///< More frames are in the table alone.
-inline constexpr std::size_t kMaxMarkedFrames = 30;  ///< Of those, frames that are shown because a warning names them.
+inline constexpr int kThumbnailSide_px = 160;      ///< Longer side of a thumbnail, at most.
+inline constexpr int kReportMapSide_px = 320;      ///< Longer side of a map, at most.
+inline constexpr std::size_t kMaxThumbnails = 60;  ///< More frames are in the table alone.
+inline constexpr std::size_t kMaxMarkedFrames =
+    30;  ///< Largest number of frames that are shown because a warning names them.
 
 /// Where most of some pixels lie: nine tenths of them in each direction. Pixels of the history, both ends included.
 struct PixelSpan {
@@ -29,7 +30,7 @@ struct ReportFrame {
   double masked_share = 0.0;                      ///< Masked share of the picture, by the frame's own mask.
   std::optional<PixelSpan> masked_at = {};        ///< Where that lies.
   ImageF thumbnail = {};                          ///< Linear; empty where none was asked for.
-  ImageF marks = {};  ///< As large, shares of the pixel: outside of the history's mask, out of view, masked otherwise.
+  ImageF marks = {};  ///< Shares of each pixel: outside of the history's mask, out of view, masked otherwise.
 };
 
 struct ReportFrames {
@@ -45,7 +46,7 @@ struct ReportFrames {
                                           const ImageU8& mask, const std::vector<bool>& is_shown,
                                           const std::function<ImageU8(int)>& out_of_view, const RunControl& control);
 
-/// Which frames have a thumbnail: all of up to kMaxThumbnails; of more, those that are marked (at most
+/// Frames that have a thumbnail: all of up to kMaxThumbnails; of more, those that are marked (at most
 /// kMaxMarkedFrames), and others evenly, the first and the last among them.
 [[nodiscard]] std::vector<bool> shown_frames(const std::vector<bool>& is_marked);
 

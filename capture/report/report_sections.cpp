@@ -20,7 +20,8 @@ namespace fs = std::filesystem;
 
 constexpr int kThumbnailQuality = 82, kMapQuality = 90;  ///< JPEG quality.
 using Rgb = std::array<float, 3>;
-constexpr Rgb kOutOfViewColor{0.05f, 0.1f, 0.8f}, kMaskedColor{0.8f, 0.0f, 0.6f};  // As sample_state_color() has them.
+constexpr Rgb kOutOfViewColor{0.05f, 0.1f, 0.8f},
+    kMaskedColor{0.8f, 0.0f, 0.6f};    // Colors as sample_state_color() has them.
 constexpr float kMarked = 0.65f;       // How opaque a mark is: what lies below it can be seen.
 constexpr float kMaskInside = 0.6f;    // Linear gray that stands out from the page.
 constexpr float kOutsideLight = 0.3f;  // Factor that darkens the outside of the mask.

@@ -12,9 +12,9 @@ namespace {
 
 constexpr int kLineRounds = 4;        ///< Rounds with robust weights.
 constexpr std::size_t kNoCourse = 3;  ///< Photographs of which none can be told.
-constexpr double kMinOfFew = 0.0488;  ///< Of log brightness, 5 %: less may be their material's.
+constexpr double kMinOfFew = 0.0488;  ///< Log brightness, 5 %: less may be their material's.
 constexpr double kLowessLimit = 6.0;  ///< In median absolute residuals, as lowess has it.
-constexpr double kMinSpread = 1e-4;   ///< Of log brightness: less is no outlier.
+constexpr double kMinSpread = 1e-4;   ///< Log brightness: less is no outlier.
 
 /// Weighted local line at `at`, or the weighted mean where a line is not determined.
 double local_line(const std::vector<double>& curve, const std::vector<double>& robust, int at, int half_width) {

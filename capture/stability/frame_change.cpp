@@ -18,8 +18,8 @@ using Ratio = std::array<double, 3>;
 constexpr std::array<double, 4> kWidths{0.04, 0.08, 0.16, 0.32};  ///< Noise of codes and of resampling is the first.
 constexpr double kEnoughPlaces = 0.25;                            ///< Share of the places that a window must hold.
 constexpr std::size_t kMaxCandidates = 400;                       ///< Ratios that are tried as the gain, evenly picked.
-constexpr int kCenteringRounds = 8;                               ///< Of centering on the places that share the gain.
-constexpr double kUnchangedVote = 0.5;                            ///< Share of the commonest gain's share.
+constexpr int kCenteringRounds = 8;     ///< Rounds of centering on the places that share the gain.
+constexpr double kUnchangedVote = 0.5;  ///< Share of the commonest gain's share.
 
 bool is_shared(const Ratio& ratio, const Ratio& gain, double width) {
   for (std::size_t c = 0; c < 3; ++c) {
@@ -91,7 +91,7 @@ constexpr int kPlace = 4;            ///< Side of a place in pixels of the coars
 
 /// A pixel of the reference and the frame's that lies on it.
 struct Match {
-  int x = 0, y = 0;  ///< Of the reference.
+  int x = 0, y = 0;  ///< Place in the reference.
   std::span<const float> before, after;
 };
 

@@ -16,8 +16,10 @@ inline constexpr double kSharedByMost = 0.7;
 /// The change of light from one photograph to another.
 struct LightChange {
   std::array<double, 3> log_gain{};  ///< Natural logarithm of frame / reference: red, green, blue.
-  double share = 0.0;  ///< Of the places, [0, 1]: whose ratios lie within `width`, or half the gain's own size, of it.
-  double width = 0.0;  ///< Of the window around the gain that a quarter of the places share; 0 = nothing was compared.
+  double share =
+      0.0;  ///< Share of the places, [0, 1]: whose ratios lie within `width`, or half the gain's own size, of it.
+  double width =
+      0.0;  ///< Width of the window around the gain that a quarter of the places share; 0 = nothing was compared.
 
   /// Largest size of log_gain over the channels.
   [[nodiscard]] double size() const;

@@ -14,7 +14,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr float kDarkLook = 0.02f;                        ///< Linear; below, ratios are those of noise and stray light.
-constexpr double kFileUnit = 1e-4;                        ///< Of looks in files.
+constexpr double kFileUnit = 1e-4;                        ///< Unit of looks in files.
 constexpr std::size_t kMinLooks = 6, kMaxCompared = 256;  ///< See docs/algorithms/stability.md.
 
 /// Differences between all pairs.

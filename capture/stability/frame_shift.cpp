@@ -96,7 +96,7 @@ cv::Mat whitened_product(const cv::Mat& reference, const cv::Mat& frame, double&
 
 /// Offset of a maximum from the middle of three values, [-0.5, 0.5].
 double peak_offset(double before, double middle, double after) {
-  constexpr double kLeast = 1e-6;  // Of the median light; keeps logarithms finite.
+  constexpr double kLeast = 1e-6;  // Share of the median light; keeps logarithms finite.
   const double l = std::log(std::max(before, kLeast * middle)), m = std::log(middle),
                r = std::log(std::max(after, kLeast * middle));
   const double curvature = l - 2.0 * m + r;

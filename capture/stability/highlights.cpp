@@ -22,19 +22,20 @@ constexpr int kEarlyPart = 32;        ///< One in so many frames, the first ones
 constexpr double kMinCore = 0.016;    ///< Share of the shorter side, across: wet grains glint in smaller spots.
 constexpr int kMedianRadius = 16;     ///< Pixels of the thinned picture in which a median over a wide window is taken.
 constexpr float kNearlySaturated =
-    0.75f;                         ///< Of the saturated value, in the darkest channel: lossy files soften the plateau.
-constexpr float kClipped = 0.93f;  ///< Likewise, of what is surely clipped.
+    0.75f;  ///< Share of the saturated value, in the darkest channel: lossy files soften the plateau.
+constexpr float kClipped = 0.93f;                              ///< Likewise, of what is surely clipped.
 constexpr double kMostlyClipped = 0.5, kPartlyClipped = 0.01;  ///< Share of a core.
 /// A sharp border blurs over a pixel or two. A skirt grows with its core: that of a Gaussian lobe, which would be 1.6
 /// times the saturated value high, is 0.4 of the core's half width over a ground of a fifth of it.
 constexpr double kMinSkirt_px = 3.0, kMinSkirt = 0.25;
 constexpr double kExtentStep = 0.15;  ///< Steps of the required height (docs/algorithms/highlights.md).
-/// Of the saturated value. Specks beside what is so bright are its texture.
+/// Share of the saturated value. Specks beside what is so bright are its texture.
 constexpr double kSameTexture = 1.0 / 1.3;
-constexpr double kKnownWell = 0.93;     ///< Likewise: within 7 % of what is clipped.
-constexpr float kSameMaterial = 0.5f;   ///< Likewise: what is darker is a crack or another material.
-constexpr double kHereAndThere = 0.15;  ///< Of the surroundings. The skirt of a lobe is so bright on half as much.
-constexpr float kMinGround = 0.01f;     ///< Linear; darker surroundings count as this.
+constexpr double kKnownWell = 0.93;    ///< Likewise: within 7 % of what is clipped.
+constexpr float kSameMaterial = 0.5f;  ///< Likewise: what is darker is a crack or another material.
+constexpr double kHereAndThere =
+    0.15;                            ///< Share of the surroundings. The skirt of a lobe is so bright on half as much.
+constexpr float kMinGround = 0.01f;  ///< Linear; darker surroundings count as this.
 
 int window_radius(int width, int height, const HighlightOptions& options) {
   return std::max(1, static_cast<int>(std::lround(0.5 * options.width_share * std::min(width, height))));
@@ -174,7 +175,7 @@ cv::Mat without_white_material(const cv::Mat& found, const cv::Mat& values) {
 /// Light that the first frames share: the least luminance, and the least darkest channel, of every pixel.
 struct EarlyLook {
   cv::Mat light, darkest;
-  cv::Mat most;  ///< Of the darkest channel; what trembles is clipped in some.
+  cv::Mat most;  ///< Largest value of the darkest channel; what trembles is clipped in some.
   int full_width = 0, full_height = 0;
 };
 

@@ -16,9 +16,10 @@ inline constexpr std::array<std::string_view, 3> kChannelNames{"red", "green", "
 
 /// Unsteadiness of the channel that hides the most.
 struct RestlessLight {
-  int channel = 0;         ///< 0 = red, 1 = green, 2 = blue.
-  double deviation = 0.0;  ///< Of a photograph's light from the course of the series: relative, one standard deviation.
-  double hidden = 1.0;     ///< Factors of light up to this one do not stand out for judge_frames().
+  int channel = 0;  ///< 0 = red, 1 = green, 2 = blue.
+  double deviation =
+      0.0;  ///< Deviation of a photograph's light from the course of the series: relative, one standard deviation.
+  double hidden = 1.0;  ///< Factors of light up to this one do not stand out for judge_frames().
 };
 
 /// The deviation is estimated from how much gains of neighboring pairs differ: a surface that brightens or darkens

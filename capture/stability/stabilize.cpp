@@ -13,9 +13,9 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kPairError = 0.05;     ///< Of a motion between equal pictures, px: detail that changed adds to it.
-constexpr double kIdentityError = 0.1;  ///< Of "did not move".
-constexpr double kFallbackError = 1e3;  ///< Of a frame that nothing ties: any other pair overrules it.
+constexpr double kPairError = 0.05;  ///< Error of a motion between equal pictures, px: detail that changed adds to it.
+constexpr double kIdentityError = 0.1;  ///< Error of "did not move".
+constexpr double kFallbackError = 1e3;  ///< Error of a frame that nothing ties: any other pair overrules it.
 constexpr int kReweightingRounds = 5;   ///< Rounds of reweighting.
 constexpr double kCauchy = 2.0;         ///< Disagreements beyond so many errors count less.
 

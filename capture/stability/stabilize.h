@@ -17,7 +17,7 @@ struct StabilizedMotions {
                                      ///< other pair says how they lie, they are taken as not moved. Rising;
                                      ///< all frames when no two are tied.
   double residual_px = 0.0;          ///< Root mean square disagreement of the pairs at the corners, weighted.
-  std::vector<double> frame_residual_px;  ///< The same of each frame's own pairs; 0 without any.
+  std::vector<double> frame_residual_px;  ///< Residual of each frame's own pairs; 0 without any.
 };
 
 /// All frames' motions at once: weighted least squares over the pairs, linear in where three corners of the first frame

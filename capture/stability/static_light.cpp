@@ -18,13 +18,13 @@ constexpr int kNumWindows = 12;            ///< Along the longer side.
 constexpr int kMinSide = 4 * kNumWindows;  ///< px: windows are means of sixteen.
 constexpr std::size_t kFewestFrames = 6;   ///< Frames: three in each half.
 constexpr std::size_t kMinWindows = 36;    ///< Inside the mask: five for each of the seven numbers.
-constexpr double kExplained = 0.3;         ///< As find_uneven_light() asks for.
-constexpr double kLampAgrees = 0.7;        ///< The same.
+constexpr double kExplained = 0.3;         ///< Share that find_uneven_light() asks for, too.
+constexpr double kLampAgrees = 0.7;        ///< Both halves of the series (docs/algorithms/flat_field.md).
 constexpr double kReflectionAgrees = 0.9;  ///< Both halves of the series (docs/algorithms/flat_field.md).
 constexpr double kSeen = 0.05;             ///< Share of the mean light: less is no patch that one sees.
 constexpr double kInside = 0.9;            ///< Share of the half sides.
 constexpr double kNarrowest = 0.18;        ///< Half sides: a window is a sixth of one.
-constexpr double kTooMuch = 0.001;         ///< Of the samples: noise.
+constexpr double kTooMuch = 0.001;         ///< Share of the samples: noise.
 
 PicturePoint place_of(double x, double y, int width, int height) {
   const double half = 0.5 * std::max(width, height);

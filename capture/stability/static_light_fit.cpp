@@ -14,9 +14,9 @@ namespace patinate::capture {
 namespace {
 
 constexpr double kMinLight = 1e-4;        ///< Light below it is black.
-constexpr double kOutlier = 0.1;          ///< Of a logarithm: the surface's own patterns are more than that.
-constexpr double kDerivativeStep = 1e-3;  ///< Of the derivatives; medians are flat below it.
-constexpr double kFaint = 0.05;           ///< Of the mean light: where the reflection's strength starts.
+constexpr double kOutlier = 0.1;          ///< In logarithms: the surface's own patterns are more than that.
+constexpr double kDerivativeStep = 1e-3;  ///< Step of the derivatives; medians are flat below it.
+constexpr double kFaint = 0.05;           ///< Share of the mean light: where the reflection's strength starts.
 constexpr int kMostIterations = 30;       ///< It ends earlier where the fit rests.
 /// Numbers of the fit: place below the lamp, log of 1 / h^2; middle of the reflection, log of 1 / w^2, log of strength.
 constexpr std::size_t kNumLamp = 3, kNumReflection = 4;

@@ -12,18 +12,18 @@ namespace patinate::capture {
 namespace {
 
 constexpr double kFitsAsItLies = 0.8;      ///< Detail as similar as this needs no motion when the shift is small.
-constexpr double kSmallShift = 0.3;        ///< Of `detail`, px.
+constexpr double kSmallShift = 0.3;        ///< Shift of `detail`, px.
 constexpr double kMinImprovement = 0.05;   ///< Share of the missing similarity that a motion must bring.
-constexpr double kMovedImprovement = 0.3;  ///< The same, for a photograph to be called moved.
+constexpr double kMovedImprovement = 0.3;  ///< Improvement from which a photograph is called moved.
 constexpr int kNeighbors = 8;              ///< On either side.
-constexpr double kUnclear = 2.0;           ///< Of the threshold: from there on a few photographs may differ in light.
+constexpr double kUnclear = 2.0;           ///< In thresholds: from there on a few photographs may differ in light.
 constexpr std::size_t kNearest = 3;        ///< On either side, for what a jump must stand out from.
-constexpr double kNearestFactor = 0.75;    ///< Of jump_factor.
+constexpr double kNearestFactor = 0.75;    ///< Share of jump_factor.
 /// Least change of correlation and of color (docs/algorithms/stability.md).
 constexpr double kJumpDetail = 0.1, kJumpSurface = 0.04;
 constexpr double kPlain = 0.5;  ///< Share of the series's median contrast.
 constexpr double kSameColor =
-    0.2;                        ///< Of the median log ratio: drying paint darkens by 0.15, a ripening banana by 0.4.
+    0.2;  ///< Change of the median log ratio: drying paint darkens by 0.15, a ripening banana by 0.4.
 constexpr double kAlike = 0.5;  ///< Similarity as they lie from where on two frames can be taken as not moved.
 
 /// `get` of the pairs around number `at`, without itself.
@@ -197,7 +197,7 @@ double motion_size(const Eigen::Affine2d& motion, int width, int height) {
       sum += (motion * p - p).squaredNorm();
     }
   }
-  return std::sqrt(sum / 9.0);  // Of a 3 x 3 grid.
+  return std::sqrt(sum / 9.0);  // Mean over a 3 x 3 grid.
 }
 
 void describe_motion(const Eigen::Affine2d& motion, int width, int height, FrameFinding& finding) {

@@ -27,7 +27,7 @@ struct FramePair {
   FrameShift shift;
   FrameMotion motion;  ///< Identity when it was not measured (is_motion_measured).
   bool is_motion_measured = false;
-  double similarity_before = 0.0;    ///< Of the detail as the frames lie.
+  double similarity_before = 0.0;    ///< Similarity of the detail as the frames lie.
   FrameChange change;                ///< When one is laid over the other.
   std::array<double, 2> contrast{};  ///< Root mean square of the detail: of the reference, of the frame.
   bool is_plain = false;             ///< mark_plain(): one of the two shows too little detail to be compared by it.
@@ -72,8 +72,9 @@ struct FrameFinding {
   bool is_unmatched = false;      ///< The pair is_unmatched().
   double similarity = 0.0;        ///< best_similarity() of the pair.
   /// From here on as the odd frame is seen from the other one.
-  double shift_x = 0.0, shift_y = 0.0;  ///< Of the picture's middle, photograph's pixels; right and down positive.
-  double turn_deg = 0.0, size = 1.0;    ///< Clockwise; 1.05 = 5 % larger.
+  double shift_x = 0.0,
+         shift_y = 0.0;               ///< Shift of the picture's middle, photograph's pixels; right and down positive.
+  double turn_deg = 0.0, size = 1.0;  ///< Clockwise; 1.05 = 5 % larger.
   std::array<double, 3> gain{1.0, 1.0, 1.0};
   double change_factor = 1.0;  ///< Change of the surface against the neighbors' median.
 };

@@ -22,7 +22,7 @@ enum class LightEvidence {
 struct UnevenLight {
   double ratio = 1.0;  ///< Brightest to darkest, without the 2 % of the picture at either end; >= 1.
   LightEvidence evidence = LightEvidence::None;
-  bool is_inside_mask = false;  ///< Of what a mask leaves, given or found; else of the whole picture.
+  bool is_inside_mask = false;  ///< Judged inside the mask, given or found; else over the whole picture.
 };
 
 /// From how much on uneven light is warned of: a quarter, 13 of 255 codes in mid-gray, is seen as a gradient in a

@@ -21,15 +21,15 @@ namespace fs = std::filesystem;
 namespace {
 
 using Kind = BackgroundRule::Kind;
-constexpr double kMuchAlone = 0.05;      ///< Of the object: more than its outline moves by.
-constexpr double kMixed_px = 3.0;        ///< Of the photographs: what JPEG's half resolution of color mixes at an edge.
-constexpr double kSmooth_px = 1.0;       ///< Of the reduced ones: grain makes the outline ragged.
+constexpr double kMuchAlone = 0.05;  ///< Share of the object: more than its outline moves by.
+constexpr double kMixed_px = 3.0;  ///< Pixels of the photographs that JPEG's half resolution of color mixes at an edge.
+constexpr double kSmooth_px = 1.0;       ///< Pixels of the reduced ones: grain makes the outline ragged.
 constexpr std::size_t kMostFrames = 48;  ///< That are compared for what never changes.
 
 /// Where frames and what they show come from.
 struct FrameSource {
   std::function<ImageF(int)> read_frame;
-  std::function<ImageU8(int)> read_known;  ///< Of the reduced size; empty when all is shown.
+  std::function<ImageU8(int)> read_known;  ///< Reads a mask of the reduced size; empty when all is shown.
 };
 
 ImageF reduced_codes(const FrameSource& source, int index, const PixelSize& size) {

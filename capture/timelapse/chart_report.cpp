@@ -13,8 +13,9 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kMuch = 3.0;       ///< Mean CIEDE2000 that anybody sees, side by side.
-constexpr double kFallsOff = 0.25;  ///< Of light over half a diagonal; uneven light is warned of from 1.25 : 1 on.
+constexpr double kMuch = 3.0;  ///< Mean CIEDE2000 that anybody sees, side by side.
+constexpr double kFallsOff =
+    0.25;  ///< Change of light over half a diagonal; uneven light is warned of from 1.25 : 1 on.
 
 std::string range_text(std::vector<ChartDrift> drift, double ChartDrift::*figure) {
   const auto is_less = [figure](const ChartDrift& a, const ChartDrift& b) { return a.*figure < b.*figure; };

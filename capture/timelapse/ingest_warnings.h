@@ -11,8 +11,8 @@
 
 namespace patinate::capture {
 
-/// Of what the survey found, a warning a kind: photographs that cannot be laid over the others, and those that are
-/// moved, exposed differently or do not follow, unless they were repaired.
+/// Warnings about the survey's findings, one a kind: photographs that cannot be laid over the others, and those that
+/// are moved, exposed differently or do not follow, unless they were repaired.
 /// @param num_frames  Of the history; >= 1. @param is_aligned  They were laid over one another by `align`.
 [[nodiscard]] std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_frames, bool is_aligned);
 

@@ -19,7 +19,7 @@ namespace {
 constexpr std::array<std::string_view, 3> kEvidenceNames{"none", "possible", "clear"};
 constexpr double kLamp = 10.0;            ///< Fall-off that few lamps have.
 constexpr double kVariedExposure = 1.05;  ///< Nominal values are that exact.
-constexpr double kMinChange = 0.01;       ///< Of a factor, to be named.
+constexpr double kMinChange = 0.01;       ///< Change of a factor, to be named.
 constexpr std::size_t kMaxChanged = 3;    ///< Photographs that are named with their factors.
 
 std::string ratio_text(double ratio) { return hundredths(ratio) + " : 1"; }

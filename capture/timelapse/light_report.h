@@ -29,7 +29,7 @@ struct ChangedPhoto {
 struct FlatFieldReport {
   double ratio = 1.0;  ///< Brightest to darkest light that was divided out, as UnevenLight::ratio; the largest channel.
   std::array<FactorRange, 3> ranges{};
-  /// Of `--flat-field first`: how much of that light the last photograph still shows, by channel, in [0, 1]; else
+  /// For `--flat-field first`: how much of that light the last photograph still shows, by channel, in [0, 1]; else
   /// empty.
   std::vector<double> last_shares = {};
 };

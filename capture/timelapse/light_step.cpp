@@ -86,7 +86,7 @@ std::optional<StaticLight> take_static_light_out(HistoryWriter& writer, const In
 
 void refuse_worse_light(const IngestWork& work, const std::function<ImageF(int)>& read_frame, const ImageF& gain,
                         const ImageU8& mask, const RunControl& control) {
-  constexpr double kWorse = 1.02;  // Of the ratio: what it is rounded to in messages.
+  constexpr double kWorse = 1.02;  // Factor of the ratio: what it is rounded to in messages.
   const PixelSize size = reduced_size(work.project, kUnevenLightSide);
   const ImageU8 inside = small_mask(mask, size);
   std::vector<ImageF> frames = small_frames(work.project.frames.size(), read_frame, size, control);
@@ -132,7 +132,7 @@ std::vector<HistoryWarning> look_at_light(const HistoryWriter& writer, const Ing
       project.reference_patch.has_value() || project.chart.has_value() || divides_exif_exposure(work);
   add_light_report(survey, report);
   save_json(file, survey);
-  if (is_divided) report.exif.reset();  // Which is no fault any more.
+  if (is_divided) report.exif.reset();  // Exposures that vary by EXIF are no fault any more.
   return light_warnings(report, work.options.repair.flat_field, static_cast<int>(project.frames.size()));
 }
 

@@ -35,7 +35,7 @@ std::vector<PhotoMarks> marks_of(const CaptureProject& project) {
     const bool is_unknown = std::none_of(project.frames.begin(), project.frames.end(), [&](const CapturePhoto& p) {
       return p.name() == name || p.file.filename().string() == name;
     });
-    if (is_unknown && !excluded.empty()) continue;  // Of a photograph that is left out.
+    if (is_unknown && !excluded.empty()) continue;  // The photograph is left out.
     marks[find_photo(project, name, "a landmark of " + project.align.landmarks->string())] = of_photo;
   }
   return marks;

@@ -65,8 +65,9 @@ struct SurveyFinding {
 /// A photograph that cannot be laid over most of the others.
 struct SurveyOutsider {
   SurveyPhoto photo;
-  std::optional<double> similarity = {};  ///< Of its detail with the best of the others that it was laid over, [-1, 1].
-  bool is_plain = false;                  ///< It shows too little detail to be laid, and nothing says another view.
+  std::optional<double> similarity =
+      {};                 ///< Similarity of its detail with the best of the others that it was laid over, [-1, 1].
+  bool is_plain = false;  ///< It shows too little detail to be laid, and nothing says another view.
 };
 /// Content of a history's survey.json.
 struct SurveyReport {
@@ -79,8 +80,9 @@ struct SurveyReport {
   bool is_deflickered = false;
   std::optional<RestlessLight> restless_light;
   SeriesLight light;
-  double masked_share = 0.0;   ///< Masked share of all pixels of all frames: saturated, highlight, out of view.
-  double outside_share = 0.0;  ///< Of the pixels: not known in every frame, so outside the history's mask.
+  double masked_share = 0.0;  ///< Masked share of all pixels of all frames: saturated, highlight, out of view.
+  double outside_share =
+      0.0;  ///< Share of the pixels that are not known in every frame, so outside the history's mask.
 };
 /// @throws IoError. A history without the file gives an empty report.
 [[nodiscard]] SurveyReport read_survey_report(const std::filesystem::path& history);

@@ -9,7 +9,7 @@
 
 namespace patinate::capture {
 
-inline constexpr double kMinColorSpread = 0.012;  ///< Of colors of one class: noise alone.
+inline constexpr double kMinColorSpread = 0.012;  ///< Spread of colors of one class: noise alone.
 
 struct ColorClusters {
   std::vector<Vec3> centers;

@@ -8,7 +8,7 @@ namespace patinate::capture {
 
 struct Interreflection {
   ImageF irradiance;          ///< H x W x L C, as UnlightResult::indirect.
-  double unseen_share = 0.0;  ///< Of the rays that met the surface, those that met it where the camera does not see it.
+  double unseen_share = 0.0;  ///< Share of the rays that met the surface where the camera does not see it.
 };
 
 /// Light that arrives at every texel from the rest of the blockers under each lamp. A photograph holds the light that

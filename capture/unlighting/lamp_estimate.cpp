@@ -175,7 +175,7 @@ bool is_singular(const Eigen::MatrixXd& matrix) {
 
 /// @returns how far it went, in shares of a strength or of the mean light.
 double apply(UnlightWork& work, const Columns& columns, const Eigen::VectorXd& step, double mean_light) {
-  constexpr double kMaxStep = 0.7;  // Of a logarithm: a strength at most doubles in a step.
+  constexpr double kMaxStep = 0.7;  // Step of a logarithm: a strength at most doubles.
   double change = 0.0;
   for (int c = 0; c < work.num_channels; ++c) {
     for (int k = 0; k < work.num_lights && columns.strength(k, c) >= 0; ++k) {
@@ -212,7 +212,7 @@ LampEstimate estimate_lamps(UnlightWork& work, const RunControl& control) {
   constexpr int kMaxSteps = 60;  // It ends earlier where strengths rest.
   // The noise at most halves in a step, so that outliers are not kept too early.
   constexpr double kMaxShrink = 2.0;
-  constexpr double kSmallStep = 1e-6;  // Of a logarithm.
+  constexpr double kSmallStep = 1e-6;  // Step of a logarithm.
   const Columns columns(work);
   LampEstimate result;
   if (columns.size() == 0) return {.is_converged = true};

@@ -19,7 +19,7 @@ constexpr std::size_t kMaxMaterials = 6;  ///< See docs/algorithms/materials.md.
 constexpr int kMaterialRounds = 12;       ///< See docs/algorithms/materials.md, step 1.
 constexpr double kMinShare = 0.01;        ///< Share of the texels; smaller classes go to the others.
 constexpr double kDistrust = 4.0;         ///< Chi-square counts a fourth: errors of the model are alike among samples.
-constexpr double kMaxOff = 60.0;          ///< Of one texel's chi-square: more says no more.
+constexpr double kMaxOff = 60.0;          ///< Chi-square of one texel: more says no more.
 constexpr double kNeighbor = 1.0;         ///< Weight of a neighbor of the same color.
 constexpr std::int64_t kMaterialTexelsAChunk = 256;
 
@@ -257,7 +257,7 @@ std::vector<SurfaceMaterial> find_materials(const std::vector<TexelEvidence>& te
 MaterialShares shares_of_materials(const std::vector<TexelEvidence>& texels,
                                    const std::vector<SurfaceMaterial>& materials, const std::vector<std::size_t>& at,
                                    const RunControl& control) {
-  constexpr int kTurns = 3;  // Of neighbors.
+  constexpr int kTurns = 3;  // Turns over neighbors.
   const RunControl silent = control.silent();
   const Neighbors neighbors(texels);
   MaterialShares shares;

@@ -23,7 +23,7 @@ void put_reflectance(const UnlightWork& work, UnlightResult& result, const RunCo
 /// Makes strengths, roughness and kinds of materials such that the lamps of their texels, each left out in turn, are
 /// foretold best: what sums of many linearized texels suggest is where this begins. `evidence` becomes by how much
 /// metal is foretold better than what has an albedo, or the other way round, in standard deviations.
-/// Of kinds that lamps do not tell apart the simplest is taken: matt, then dielectric, then mixed; metal where it
+/// Takes the simplest of the kinds that lamps do not tell apart: matt, then dielectric, then mixed; metal where it
 /// foretells better, or not worse and the albedo beside the lobe is as good as none.
 /// @param texels  Of gather_evidence(). @param is_last  Not looked at again: more texels are asked.
 void polish_materials(const UnlightWork& work, const std::vector<TexelEvidence>& texels,

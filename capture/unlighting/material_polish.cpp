@@ -13,12 +13,12 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::size_t kManyTexels = 240;  ///< Of a material.
-constexpr std::size_t kFewTexels = 80;    ///< Of one that is looked at again.
+constexpr std::size_t kManyTexels = 240;  ///< Texels of a material that are looked at.
+constexpr std::size_t kFewTexels = 80;    ///< Texels of one that is looked at again.
 constexpr double kMember = 0.5;           ///< Share of a material from which a texel tells of it.
 constexpr double kMaxOfMinerals = 0.2;    ///< Reflectance that no mineral has: diamond has 0.17.
 constexpr double kBare = 0.9;             ///< Metalness from which what is not told from metal is taken for it.
-constexpr double kPolishStep = 1e-5;      ///< Of a fit; samples are uncertain by half a percent and more.
+constexpr double kPolishStep = 1e-5;      ///< Step of a fit; samples are uncertain by half a percent and more.
 constexpr std::int64_t kPlacesAChunk = 16;
 
 class Polish {

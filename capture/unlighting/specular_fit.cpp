@@ -16,7 +16,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kSums = 3;  ///< Of each roughness: channels kSums r ... of sums over tiles.
+constexpr int kSums = 3;  ///< Sums for each roughness: channels kSums r ... of sums over tiles.
 
 /// Sums over tiles: lobe_lobe, lobe_value and whole_lobe of every roughness.
 ImageF tile_sums(const UnlightWork& work, const SpecularForm& form, const UnlightResult& fitted,

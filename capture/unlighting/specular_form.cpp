@@ -9,12 +9,12 @@
 namespace patinate::capture {
 
 namespace {
-constexpr double kMinRoughness = 0.05;  ///< Of the lobe that is rendered.
+constexpr double kMinRoughness = 0.05;  ///< Least roughness of the lobe that is rendered.
 }
 
 double specular_lobe(const SpecularForm& form, const Vec3& normal, const Vec3& to_light, const Vec3& to_camera,
                      double roughness) {
-  constexpr double kMinCosine = 0.05;  // Of the camera: outlines would else be infinitely bright.
+  constexpr double kMinCosine = 0.05;  // Least cosine to the camera: outlines would else be infinitely bright.
   const double light = normal.dot(to_light), eye = normal.dot(to_camera);
   if (!(light > 0.0)) return 0.0;
   if (form.is_rendered) return lobe_turn(normal, to_camera, to_light, std::max(kMinRoughness, roughness)).shape;

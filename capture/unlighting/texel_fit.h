@@ -20,7 +20,7 @@ struct TexelHighlight {
   double freedom = 0.3;  ///< By which the texel's own highlight differs, as a share; standard deviation, > 0.
   double metal = 0.0;    ///< Share of metal, [0, 1]: what is metal has hardly any albedo.
 
-  /// Of the albedo's being 0, a channel. Not of what is half metal or less.
+  /// Precision of a channel's albedo being 0. Not of what is half metal or less.
   [[nodiscard]] double black_precision() const {
     constexpr double kLeast = 0.5, kNone = 0.02, kHalf = 0.5;  // Standard deviations: of metal, and beside it.
     if (!(metal > kLeast)) return 0.0;

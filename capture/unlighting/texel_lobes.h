@@ -19,10 +19,10 @@ namespace patinate::capture {
 inline constexpr std::array<double, 12> kLobeRoughness{0.15, 0.2,  0.25, 0.3,  0.35, 0.4,
                                                        0.46, 0.53, 0.6,  0.68, 0.78, 0.9};
 inline constexpr int kNumLobeRoughness = static_cast<int>(kLobeRoughness.size());
-/// Of a lobe's square that albedo and normal must leave: one that diffuse light with another normal explains all but
-/// this of, under these lamps, tells nothing.
+/// Share of a lobe's square that albedo and normal must leave: one that diffuse light with another normal explains all
+/// but this of, under these lamps, tells nothing.
 inline constexpr double kMinOwn = 0.05;
-inline constexpr double kSignificantGain = 30.0;  ///< Of chi-square; 5.5 standard deviations.
+inline constexpr double kSignificantGain = 30.0;  ///< Fall of chi-square; 5.5 standard deviations.
 
 /// Sums of one texel: for each roughness, the lobe's square and its product with the samples, diffuse light eliminated.
 struct LobeSums {
@@ -49,14 +49,14 @@ struct ChannelLobe {
 /// Evidence of a texel about lobes under two suppositions: with albedos of its own, and with none, as metal.
 struct TexelEvidence {
   int x = 0, y = 0;
-  int step = 0;                            ///< Of several that are looked at together.
+  int step = 0;                            ///< Number of the step among several that are looked at together.
   double matt = 0.0, black = 0.0;          ///< Chi-square without a lobe, albedos free or 0; at the best normal.
   std::vector<ChannelLobe> glossy, metal;  ///< For each roughness, albedos free or 0.
   int num_values = 0;                      ///< Lamps times channels.
   Eigen::Vector3d albedo = Eigen::Vector3d::Zero();  ///< That fits best without a lobe.
   std::vector<Eigen::Matrix3d> albedo_less;          ///< For each roughness: by strengths of a lobe.
-  Eigen::Vector3d color = Eigen::Vector3d::Zero();   ///< Of a matt fit: shares of red and green, and a little of how
-                                                     ///< light it is.
+  Eigen::Vector3d color = Eigen::Vector3d::Zero();   ///< Color of a matte fit: shares of red and green, and a little of
+                                                    ///< how light it is.
 
   /// Whether albedos would have to be below 0 beside a lobe.
   [[nodiscard]] bool is_black_beside(const Eigen::Vector3d& strength, std::size_t roughness) const {
@@ -78,7 +78,7 @@ struct LobeSample {
   Channels weight = Channels::Zero();  ///< 1 / variance.
   Channels light = Channels::Zero();   ///< Lobes times this are the sample.
   Vec3 direction = Vec3::Zero();
-  Vec3 normal = Vec3::Zero();  ///< As the other samples have it: one that follows this sample's noise would find a lobe
+  Vec3 normal = Vec3::Zero();  ///< Normal by the other samples: one that follows this sample's noise would find a lobe
                                ///< in it.
   bool is_clean = false;       ///< The fitted normal depends on it.
 };
@@ -123,7 +123,7 @@ class TexelLobes {
   bool evidence(int x, int y, const UnlightResult& fitted, std::span<const double> roughness, TexelEvidence& out);
 
  private:
-  /// Of the turns, from the scan's normal; and of albedos that nothing tells.
+  /// Prior of the turns, from the scan's normal; and of albedos that nothing tells.
   [[nodiscard]] Normals prior() const {
     Normals m = 1e-9 * Normals::Identity();
     m(3, 3) = m(4, 4) = turn_precision();
@@ -199,7 +199,8 @@ class TexelLobes {
         s.whole[c] = texel_.value[i];
         s.off[c] = s.value[c] - highlight;
         s.light[c] = texel_.irradiance[i] * std::numbers::pi * tint[c];
-        // Of what the last fit predicts: weights that follow the noise of the values would look like a faint highlight.
+        // Values predicted by the last fit are used: weights that follow the noise of the values would look like a
+        // faint highlight.
         const double uncertain = work_.highlight_off * highlight;
         s.weight[c] = 1.0 / (work_.variance_of(a * unit + highlight) * fit_.noise_scale * fit_.noise_scale +
                              uncertain * uncertain);

@@ -55,7 +55,7 @@ void fit_row(const UnlightWork& work, const TexelFitOptions& options, int y, Tex
 /// Sums over a few rows of what LightReport and UnlightResult tell.
 struct Sums {
   std::vector<LightReport> lights;
-  std::vector<double> squares, values;  ///< Of the residuals and of what was photographed, for each lamp.
+  std::vector<double> squares, values;  ///< Squares of residuals, and photographed values, for each lamp.
   std::vector<std::int64_t> clean;
   std::int64_t surface = 0;
   std::int64_t determined = 0;

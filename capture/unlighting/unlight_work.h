@@ -16,7 +16,7 @@ struct UnlightWork {
   /// Invalid.
   /// @throws InvalidInput
   UnlightWork(const UnlightInput& input, const UnlightOptions& options, const RunControl& control);
-  /// As it was at the end of unlight(); samples that were rejected may count again.
+  /// State at the end of unlight(); samples that were rejected may count again.
   UnlightWork(const UnlightInput& input, const UnlightOptions& options, const UnlightResult& result);
 
   /// One texel of every `step` x `step` of another's. @param thin  thinned_input() of its input; outlives this.
@@ -37,7 +37,8 @@ struct UnlightWork {
   SpecularForm form = {};
   double highlight_freedom = 0.1;  ///< By which texels' highlights differ from their neighborhood's, as a share.
   double highlight_off = 0.05;     ///< By which highlights are off the form, as a share of them.
-  double form_deviation = 0.0;     ///< Of all highlights together, for the form is not known for sure; a share of them.
+  double form_deviation =
+      0.0;  ///< Deviation of all highlights together, for the form is not known for sure; a share of them.
   int highlight_step = kHighlightStep;  ///< One of so many texels tells of highlights: neighbors tell much the same.
   ImageF specular;                      ///< H x W x 2, as UnlightResult's; load() gives it to the fit once it is there.
   ImageF highlight_normal;              ///< H x W x 3, of the last fit.

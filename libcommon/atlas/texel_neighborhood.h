@@ -93,7 +93,7 @@ class TexelNeighborhood {
     const TexelNeighborhood& neighborhood_;
     static constexpr std::size_t kNumKept = 8;
     std::array<int, kNumKept> triangles_{};  ///< At their index modulo kNumKept; -1 = none.
-    std::vector<PixelNeighbor> steps_;       ///< Of those triangles: texel = how far on.
+    std::vector<PixelNeighbor> steps_;       ///< Steps of those triangles: texel = how far on.
     std::vector<PixelNeighbor> found_;
   };
 

@@ -135,7 +135,7 @@ void merge_charts(const UnwrapSurface& surface, double max_normal_angle_deg, dou
 constexpr double kMergedCone = 1.5;  ///< Cone of joined charts, over that of charts while they grow.
 constexpr double kWidestCone_deg = 100.0;
 constexpr double kMergedStretch =
-    0.6;  ///< Of the stretch allowed: a seam less is worth less stretch than a chart less.
+    0.6;  ///< Share of the stretch allowed: a seam less is worth less stretch than a chart less.
 
 /// Lays all sets flat, cutting again those that are not Good. One triangle always is.
 std::vector<FlatChart> flatten_all(const UnwrapSurface& surface, std::vector<std::vector<int>> sets, double max_stretch,

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kFree = -1;
 constexpr int kBlocked = -2;
-constexpr double kAnyNormal = -2.0;  ///< As the least cosine: no cone.
+constexpr double kAnyNormal = -2.0;  ///< Least cosine without a cone.
 constexpr double kFlatCost = 0.15;   ///< Cost of a length where the surface does not turn, which keeps charts round.
 constexpr double kCreaseCost = 4.0;  ///< Extra cost of crossing an edge, per 1 - cos of its angle.
 constexpr double kSpeck = 3e-4;  ///< Share of the area below which what no cone takes is given to the charts around.

@@ -11,8 +11,9 @@
 
 namespace patinate {
 
-inline constexpr std::size_t kMaxKeptControls = 64;                            ///< Those used last stay.
-inline constexpr std::uint64_t kMaxKeptControlBytes = std::uint64_t{1} << 30;  ///< Of all together.
+inline constexpr std::size_t kMaxKeptControls = 64;  ///< Those used last stay.
+inline constexpr std::uint64_t kMaxKeptControlBytes = std::uint64_t{1}
+                                                      << 30;  ///< Most bytes of all kept controls together.
 
 /// Where maps are kept.
 struct ControlCache {

@@ -14,7 +14,7 @@ namespace {
 /// Lattice steps in a wavelength: noise on a lattice of step 1 rises through its mean 0.422 times a step (measured over
 /// 2,000,000 steps in four directions).
 constexpr double kStepsPerWavelength = 2.37;
-constexpr double kDeviation = 0.27;  ///< Of noise on such a lattice, measured with it.
+constexpr double kDeviation = 0.27;  ///< Deviation of noise on such a lattice, measured with it.
 constexpr double kWantedDeviation = 0.2;
 
 /// A turn by the quaternion (2, 3, -1, 5) / sqrt(39): no axis, diagonal or level plane lies along the lattice.

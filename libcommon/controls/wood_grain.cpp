@@ -19,14 +19,14 @@ constexpr double kFarthestPith = 2.2;    ///< In half widths of a board, along b
 constexpr double kMaxTilt = 0.0175;      ///< Tangent of 1 degree.
 constexpr double kRise = 0.25;           ///< Share of a ring that is its light wood.
 constexpr double kFall = 0.08;           ///< Share of a ring over which it falls to the next.
-constexpr double kMinLate = 0.5;         ///< Of the darkest ring's late wood the palest has so much.
+constexpr double kMinLate = 0.5;         ///< Share of the darkest ring's late wood that the palest has.
 constexpr double kFiberShare = 0.2;      ///< Share of the pattern.
 constexpr double kKnotDark = 0.35;       ///< By which the middle of a knot is darker.
-constexpr double kTipSpeed = 3.0;        ///< Of a branch, over the speed at which the trunk gets thicker.
+constexpr double kTipSpeed = 3.0;        ///< Speed of a branch, over the speed at which the trunk gets thicker.
 constexpr double kBranchRises = 0.25;    ///< Tangent.
 constexpr double kDeadSpeed = 0.15;      ///< At which a dead branch still counts, so that nothing ends at once.
 constexpr double kKnotFlow = 0.3;        ///< Rings flow around a knot over this share of the years.
-constexpr double kNoiseDeviation = 0.2;  ///< Of noise_at().
+constexpr double kNoiseDeviation = 0.2;  ///< Deviation of noise_at().
 
 double step(double from, double to, double x) {
   const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);

@@ -35,7 +35,7 @@ struct DeviceState {
   mutable DeviceTimes times;
   struct Launch {
     cl_event event;
-    DeviceTimes::Kernel* kernel;  ///< Of times.
+    DeviceTimes::Kernel* kernel;  ///< Entry of `times`.
   };
   mutable std::vector<Launch> launches;                ///< Since the last finish(),
   mutable std::vector<std::vector<std::byte>> writes;  ///< and what is on its way there.
@@ -60,7 +60,7 @@ struct KernelState {
     std::shared_ptr<void> memory = {};  ///< Alive as long as it is one.
     std::vector<std::byte> value = {};
   };
-  std::vector<Argument> arguments;  ///< As they are.
+  std::vector<Argument> arguments;  ///< Arguments as they are set.
   KernelState(std::shared_ptr<const ProgramState> its_program, std::string its_name)
       : program(std::move(its_program)), name(std::move(its_name)) {}
   ~KernelState() {

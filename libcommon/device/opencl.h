@@ -26,8 +26,8 @@ struct OpenCl {
 #undef PATINATE_OPENCL_MEMBER
 };
 
-/// Of the library that $PATINATE_OPENCL names (a path; `none` stands for a machine without it), else of libOpenCL.so.1;
-/// loaded by the first call. Null where there is none.
+/// Functions of the library that $PATINATE_OPENCL names (a path; `none` stands for a machine without it), else of
+/// libOpenCL.so.1; loaded by the first call. Null where there is none.
 [[nodiscard]] const OpenCl* opencl();
 
 /// "CL_OUT_OF_RESOURCES"; "an error" for one that we do not know.

@@ -159,7 +159,7 @@ class SchemaWriter final : public DocumentVisitor {
     Json& json = object["properties"][m.name];
     json = Json::object();
     if (!m.help.empty()) json["description"] = m.help;
-    if (m.is_nullable) json["type"] = "null";  // Which what is visited adds to its own.
+    if (m.is_nullable) json["type"] = "null";  // The visited member adds its own type.
     at_.push_back(&json);
     return true;
   }

@@ -30,7 +30,7 @@ namespace {
 constexpr const char* kColmapLensHelp =
     "expected SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV: undistort with `colmap image_undistorter`";
 
-constexpr double kPixelCenter = 0.5;  ///< Of COLMAP's first pixel.
+constexpr double kPixelCenter = 0.5;  ///< Center of COLMAP's first pixel.
 
 /// A lens model of COLMAP: where its parameters go.
 struct LensModel {

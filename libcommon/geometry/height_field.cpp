@@ -15,9 +15,10 @@ namespace patinate {
 namespace {
 
 constexpr int kMaxGridSide = 4096;
-constexpr double kCut = 3.0;  ///< Of the Gaussian, in standard deviations.
+constexpr double kCut = 3.0;  ///< Cut of the Gaussian, in standard deviations.
 constexpr std::int64_t kRowChunk = 8;
-constexpr double kMinPivot = 1e-7;  ///< Of the fit's equations: below, the surroundings do not tell six coefficients.
+constexpr double kMinPivot =
+    1e-7;  ///< Pivot of the fit's equations: below, the surroundings do not tell six coefficients.
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vec6 = Eigen::Matrix<double, 6, 1>;

@@ -92,7 +92,7 @@ class Midpoints {
   std::unordered_map<std::uint64_t, int> made_;
 };
 
-constexpr double kSmoothCosine = 0.7;  ///< Of 45 degrees: sharper is a crease.
+constexpr double kSmoothCosine = 0.7;  ///< Cosine of 45 degrees: sharper is a crease.
 
 /// A normal for every corner: the one that the mesh has if it is within 45 degrees of its triangle's, else the
 /// angle-weighted mean over the triangles around the position that are.

@@ -30,8 +30,8 @@ struct StatedValue {
   };
   By by = By::Constant;
   ValueCurve curve;
-  std::string control = "";         ///< Of Control.
-  std::filesystem::path mask = {};  ///< Of Mask.
+  std::string control = "";         ///< Name for Control.
+  std::filesystem::path mask = {};  ///< File for Mask.
 };
 
 /// Pixels that look like `color` in the photographs are this. Pixels between the colors of several materials are

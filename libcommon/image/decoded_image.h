@@ -17,7 +17,7 @@ struct DecodedImage {
   ImageF values;                      ///< Codes scaled to [0, 1], or the file's values.
   std::vector<std::string> channels;  ///< Channels as stored, e.g. "R", "G", "B", "A".
   bool is_integer = true;             ///< Codes, which mean light only through a response; false: values are linear.
-  std::string color_layer = {};       ///< As of ImageInfo; so are the others.
+  std::string color_layer = {};       ///< Same as in ImageInfo; so are the others.
   std::shared_ptr<const ColorEncoding> encoding = {};
   std::string color_problem = {};
 };

@@ -23,9 +23,10 @@ struct ExrChannel {
 
 struct ExrPicture {
   int part = 0;
-  std::vector<ExrChannel> channels;  ///< Of that part, all; of luminance and chroma what they become: R, G, B and A.
-  std::string layer;                 ///< Layer of its color, with a dot; "" for channels without a layer.
-  bool has_color = false;            ///< Red, green and blue.
+  std::vector<ExrChannel>
+      channels;            ///< All channels of that part; for luminance and chroma what they become: R, G, B and A.
+  std::string layer;       ///< Layer of its color, with a dot; "" for channels without a layer.
+  bool has_color = false;  ///< Red, green and blue.
   bool is_luminance_chroma = false;
   std::string text;     ///< "layer ViewLayer.Combined"; "" for a file of one part and one layer.
   std::string problem;  ///< Why its color is none that can be told; "" if it can.

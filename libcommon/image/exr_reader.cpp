@@ -331,7 +331,7 @@ class ExrSource final : public ImageSource {
   Imf::MultiPartInputFile file_;
   ExrPicture picture_;
   std::optional<Imf::InputPart> part_;
-  std::optional<Imf::RgbaInputFile> rgba_;  ///< Of luminance and chroma.
+  std::optional<Imf::RgbaInputFile> rgba_;  ///< Reader of luminance and chroma.
   Imath::Box2i data_, window_;
   ImageInfo info_;
   int alpha_ = -1;

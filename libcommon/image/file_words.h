@@ -38,7 +38,7 @@ struct FileWords {
   std::string primaries_by;                    ///< "PNG cHRM", "TIFF" or "Radiance PRIMARIES".
   std::optional<std::array<double, 2>> white;  ///< CIE xy of a TIFF's white.
   std::string unused_alpha;                    ///< Why a channel that stands where alpha does is none; "" = it is.
-  std::optional<int> largest_value;            ///< Of codes of 16 bits, where it is not 65535: 12 bits in 16.
+  std::optional<int> largest_value;            ///< Largest of codes of 16 bits, where it is not 65535: 12 bits in 16.
   std::string xmp_original, xmp_digitized;  ///< exif:DateTimeOriginal and exif:DateTimeDigitized in XMP; "" = not said.
   std::vector<double> frame_times_s;        ///< ImageInfo's.
   std::string page;                         ///< Picture of several that it is, in words; "" = the only one.

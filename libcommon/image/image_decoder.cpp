@@ -130,7 +130,7 @@ void set_color_words(ImageInfo& info, const FileWords& words) {
 struct ImageDecoder::Impl {
   std::filesystem::path path;
   std::unique_ptr<ImageSource> source;
-  ImageInfo info;  ///< Of the picture upright.
+  ImageInfo info;  ///< Facts of the picture upright.
   int orientation = 1;
   std::optional<CodedImage> whole;  ///< A picture that had to be turned, of which rows are asked for.
 };

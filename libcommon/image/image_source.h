@@ -78,7 +78,7 @@ struct EncodedFormat {
   Values values = Values::Codes;
   bool has_facts = true;  ///< Who wrote it, a date that is none, and the key.
   std::string key = "";
-  std::optional<ValueScale> scale = {};  ///< Of an EXR with facts.
+  std::optional<ValueScale> scale = {};  ///< Scale of an EXR with facts.
   std::string unit = "";                 ///< Unit of an EXR with facts whose values are not scaled.
   bool is_srgb = false;                  ///< Says so in a file without facts.
   int png_level = 6;                     ///< PNG level of zlib, [0, 9].

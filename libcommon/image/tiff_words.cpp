@@ -190,7 +190,7 @@ std::uint64_t missing_rows(const TiffBytes& tiff, const TiffBytes::Directory& pa
   if (compression == kJpeg) return rows - std::min(rows, jpeg_height(FileBytes(bytes)).value_or(rows));
   const bool is_deflate = compression == kDeflate || compression == kOldDeflate;
   if (!is_deflate || strips.row_bytes() == 0 || tiff.number(page, kPhotometric) == kYCbCr) return 0;
-  constexpr std::uint64_t kMost = 1U << 28U;  // Of one strip; half a second.
+  constexpr std::uint64_t kMost = 1U << 28U;  // Limit of one strip; half a second.
   const std::uint64_t size = rows * strips.row_bytes();
   if (size > kMost) return 0;
   const auto held = inflated_size(bytes, size);
@@ -201,7 +201,7 @@ std::uint64_t missing_rows(const TiffBytes& tiff, const TiffBytes::Directory& pa
 std::string rows_damage(const TiffBytes& tiff, const TiffBytes::Directory& page) {
   constexpr unsigned kWidth = 256, kHeight = 257, kBits = 258, kSamples = 277, kRows = 278, kPlanar = 284,
                      kTileWidth = 322, kTileHeight = 323, kTileOffsets = 324;
-  constexpr std::uint64_t kLargest = 1U << 16U;  // Of any side; what is larger is refused elsewhere.
+  constexpr std::uint64_t kLargest = 1U << 16U;  // Limit of any side; what is larger is refused elsewhere.
   TiffStrips s{.width = tiff.number(page, kWidth).value_or(0), .height = tiff.number(page, kHeight).value_or(0)};
   if (s.width == 0 || s.height == 0 || s.width > kLargest || s.height > kLargest) return "";
   const std::uint64_t samples = std::clamp<std::uint64_t>(tiff.number(page, kSamples).value_or(1), 1, 4096);

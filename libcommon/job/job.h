@@ -93,7 +93,7 @@ struct OutputFile {
   std::filesystem::path path;
   std::string existing_key = "";  ///< That it carries; "" if it is missing, damaged or none of ours.
   bool is_folder = false;         ///< Such as the textures of a model.
-  bool lacks_files = false;       ///< Of a folder: it is made again, as what is missing.
+  bool lacks_files = false;       ///< A folder that lacks files is made again, as what is missing.
 };
 
 /// Outputs that are no job's folder: decides by the keys that the files carry, before anything is written. Every file

@@ -276,7 +276,8 @@ void PartialFolder::mark_done(const JobItem& item, const std::string& item_key, 
     make_file(path_ / kBook / "done" / item.name, marker);
   } catch (const CannotComplete&) {
     std::error_code error;
-    fs::remove(path_ / kBook / kWritten / item.name, error);  // What the disk refused is not there, whatever it seems.
+    fs::remove(path_ / kBook / kWritten / item.name,
+               error);  // Files that the disk refused are not there, whatever it seems.
     throw;
   }
 }

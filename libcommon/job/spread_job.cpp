@@ -135,7 +135,7 @@ std::size_t run_items_now(const JobPlan& plan, std::span<const std::size_t> item
   store.open();
   ItemProgress progress(control, plan);
   TemporaryFolder work(store.path(), "work");
-  int first_stage = std::numeric_limits<int>::min();  // Of what is not in the work folder yet.
+  int first_stage = std::numeric_limits<int>::min();  // First stage of what is not in the work folder yet.
   for (const auto& [stage, asked] : stages) {
     store.refresh();
     take_stages(plan, store, first_stage, stage, work.path());

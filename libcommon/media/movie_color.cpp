@@ -24,7 +24,7 @@ constexpr double kFrom2020[9] = {1.660491,  -0.587641, -0.072850, -0.124550, 1.1
 constexpr double kFromP3[9] = {1.224940, -0.224940, 0.0, -0.042057, 1.042057, 0.0, -0.019638, -0.078636, 1.098274};
 
 double linear_of_hlg(double code) {
-  constexpr double a = 0.17883277, b = 0.28466892, c = 0.55991073;  // As BT.2100 names them.
+  constexpr double a = 0.17883277, b = 0.28466892, c = 0.55991073;  // Constants as BT.2100 names them.
   const auto scene = [&](double e) { return e <= 0.5 ? e * e / 3.0 : (std::exp((e - c) / a) + b) / 12.0; };
   constexpr double kWhiteCode = 0.75;
   return scene(code) / scene(kWhiteCode);

@@ -17,7 +17,7 @@ namespace patinate {
 std::optional<DisplayTurn> turn_of_matrix(const std::int32_t* matrix) {
   // (x, y) is shown at (a x + c y, b x + d y), and moved so that it begins at 0.
   const std::int64_t a = matrix[0], b = matrix[1], c = matrix[3], d = matrix[4];
-  constexpr std::int64_t kRounding = 64;  // Of 65536: writers compute it by sine and cosine.
+  constexpr std::int64_t kRounding = 64;  // In 1/65536: writers compute it by sine and cosine.
   const auto is_zero = [](std::int64_t v) { return std::abs(v) <= kRounding; };
   const bool is_straight = is_zero(b) && is_zero(c), is_turned = is_zero(a) && is_zero(d);
   if (is_straight == is_turned) return std::nullopt;

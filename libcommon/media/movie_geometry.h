@@ -15,7 +15,7 @@ namespace patinate {
 /// A quarter turn, perhaps mirrored: where the picture's x and y axis lie on the screen.
 struct DisplayTurn {
   bool is_swapped = false;     ///< Columns become rows.
-  bool is_x_reversed = false;  ///< Of the screen.
+  bool is_x_reversed = false;  ///< Screen axis is reversed.
   bool is_y_reversed = false;
 
   [[nodiscard]] bool is_none() const { return !is_swapped && !is_x_reversed && !is_y_reversed; }

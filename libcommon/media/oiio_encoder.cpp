@@ -12,7 +12,8 @@ namespace patinate::media {
 
 namespace {
 
-constexpr int kJpegQuality = 92;  ///< Of pictures in files, [1, 100]; those in pages have less (picture_bytes.h).
+constexpr int kJpegQuality =
+    92;  ///< JPEG quality of pictures in files, [1, 100]; those in pages have less (picture_bytes.h).
 
 /// A sink as OpenImageIO writes to it.
 class SinkProxy final : public OIIO::Filesystem::IOProxy {

@@ -17,7 +17,7 @@ namespace patinate {
 namespace {
 
 const std::string kObjBegin = "# patinate";
-constexpr const char* kObjEnd = "# end\n";  ///< Of a file with a key, which is so known to be whole.
+constexpr const char* kObjEnd = "# end\n";  ///< End of a file with a key, which is so known to be whole.
 
 template <class Number>
 void append(std::string& text, Number value) {

@@ -33,7 +33,7 @@ class Surroundings {
   [[nodiscard]] Vec3 sample(const Vec2& square) const;
 
  private:
-  std::vector<ImageF> levels_;  ///< Of all light, each half as large.
+  std::vector<ImageF> levels_;  ///< Levels of all light, each half as large.
   ImageF lamps_;
   std::array<Vec3, 9> harmonics_;   ///< Irradiance over pi [Ramamoorthi and Hanrahan 2001].
   double lamp_total_ = 0.0;         ///< Luminance times solid angle.
@@ -66,7 +66,7 @@ class LightField {
   /// A place of a lamp.
   struct Lamp {
     Sample of_surroundings;
-    Vec3 point = Vec3::Zero();  ///< Of the studio's, as KeyLight has it.
+    Vec3 point = Vec3::Zero();  ///< Point of the studio's lamp, as KeyLight has it.
   };
   [[nodiscard]] Lamp lamp(const Vec2& square) const;
   /// Lamp as seen from a place.

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kMinWidth = 160, kMaxBar = 480;
 constexpr int kGap_px = 6, kBar_px = 10, kLetter_px = 9, kLine_px = 18;
-constexpr float kPaper = 0.92f, kInk = 0.03f;  // As contact_strip() has them.
+constexpr float kPaper = 0.92f, kInk = 0.03f;  // Gray values as contact_strip() has them.
 
 std::string number_of(double value, const std::string& unit) {
   return short_number_text(rounded(value, 3)) + (unit.empty() ? "" : " " + unit);

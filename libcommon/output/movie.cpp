@@ -96,7 +96,7 @@ class MovieFile {
   std::filesystem::path path_;
   std::string shown_path_;
   std::string key_;
-  std::unique_ptr<WatchedFile> disk_;  ///< Of a GIF; outlives its encoder.
+  std::unique_ptr<WatchedFile> disk_;  ///< File of a GIF; outlives its encoder.
   std::unique_ptr<MovieEncoder> encoder_;
 };
 

@@ -16,8 +16,8 @@ namespace patinate {
 namespace {
 
 constexpr double kMinAmount = 0.18, kMostAmount = 0.75;  // The first grows here, the last there.
-constexpr double kPlantsPerSquare = 1.5;                 // Of a plant's size: leaves touch.
-constexpr double kSize = 1.0 / 220;                      // Of the diagonal.
+constexpr double kPlantsPerSquare = 1.5;                 // Plants per square of a plant's size: leaves touch.
+constexpr double kSize = 1.0 / 220;                      // Share of the diagonal.
 constexpr double kMaxPlaces = 100000;
 constexpr double kInCushion = 0.7;  // Share of what decides from which amount on a plant shows; the rest is chance.
 constexpr double kDome = 1.4;       // By which a plant in the middle of the largest cushion is taller.

@@ -93,7 +93,7 @@ void UsdzArchive::add(const std::string& name, const std::filesystem::path& file
   put(head, extra, 2);
   head += name;
   if (extra != 0) {
-    put(head, 0x1986, 2);  // As USD's own writer has it.
+    put(head, 0x1986, 2);  // Field of USD's own writer.
     put(head, extra - kExtraHeader, 2);
     head.append(extra - kExtraHeader, '\0');
   }
@@ -177,7 +177,7 @@ void write_usd(const fs::path& path, const Mesh& mesh, const GlbTiles& tiles,
     GlbAppearance look = appearance[i];
     if (is_package) {
       look.heights.clear();             // A package holds PNG and JPEG.
-      look.reflectance_colors.clear();  // Of MaterialX, which a package has not.
+      look.reflectance_colors.clear();  // A package has no MaterialX.
     }
     write_textures(work.path(), textures + "/", i, look, is_package ? "" : options.key, files);
     control.report(0.9 * static_cast<double>(i + 1) / static_cast<double>(times.size()));

@@ -73,7 +73,7 @@ py::object stacked(const py::list& arrays) {
 }
 
 py::array mask_array(ImageU8&& mask) {
-  for (std::uint8_t& m : mask.values()) m = m != 0 ? 1 : 0;  // As numpy keeps its bools.
+  for (std::uint8_t& m : mask.values()) m = m != 0 ? 1 : 0;  // numpy keeps its bools as 0 and 1.
   auto kept = std::make_unique<ImageU8>(std::move(mask));
   ImageU8* const pixels = kept.get();
   const py::capsule owner(kept.release(), [](void* p) { delete static_cast<ImageU8*>(p); });

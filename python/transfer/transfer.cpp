@@ -314,7 +314,7 @@ void bind_gather(py::module_& module) {
 AskedTime time_from(const py::object& time) {
   py::array array = py::array::ensure(time);
   if (!array) wrong_type("texture", "time", time, "a number, a list of numbers, or H x W numbers");
-  if (array.ndim() == 0) {  // As precise as it is given: what is held changes at a frame's very time.
+  if (array.ndim() == 0) {  // The time stays as precise as it is given: what is held changes at a frame's very time.
     const double one = PyFloat_AsDouble(time.ptr());
     if (one == -1.0 && PyErr_Occurred() != nullptr) throw py::error_already_set();
     return {.one = one};

@@ -66,7 +66,7 @@ struct Layout {
 /// Texels along the side of the square of an object that asks for a density; 0 for others.
 int asked_side(const SceneObject& object, double area, int resolution) {
   if (!object.texels_per_mm) return 0;
-  double covered = 0.0;  // Of the unit square.
+  double covered = 0.0;  // Covered share of the unit square.
   for (const Triangle& t : object.mesh.uv_triangles) {
     const auto uv = [&](std::size_t k) { return object.mesh.uvs[t[k]]; };
     const Vec2 a = uv(1) - uv(0), b = uv(2) - uv(0);

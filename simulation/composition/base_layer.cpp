@@ -14,7 +14,7 @@ namespace patinate::simulation::composition {
 namespace {
 
 constexpr std::int32_t kNoHeights[kTile] = {};
-constexpr std::size_t kFirstGrain = kMaxMaterials;  ///< Of objects: other noise than that of materials.
+constexpr std::size_t kFirstGrain = kMaxMaterials;  ///< First noise of objects: other noise than that of materials.
 
 /// Bilinear, ends repeated; 0 where the map is not finite. @param x,y  In pixels, centers at integers.
 double sample_map(const ImageF& map, double x, double y, int channel) {

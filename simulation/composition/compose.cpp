@@ -162,7 +162,7 @@ void Composer::State::take(TileIndex tile, const std::uint32_t* new_codes, const
   if (!heights.empty()) {
     std::int32_t* old = &heights[first];
     const unsigned edges = changed_edges(old, new_heights);
-    // As words: signed and unsigned may stand for one another.
+    // Compares words: signed and unsigned may stand for one another.
     const bool is_changed = kernels->replace(reinterpret_cast<std::uint32_t*>(old),
                                              reinterpret_cast<const std::uint32_t*>(new_heights), kTile);
     if (is_changed) {

@@ -70,7 +70,7 @@ Vec3 LaidPicture::color(const Vec3& point_mm, const Vec3& normal) const {
     sum = 3.0;
   }
   const Vec3& p = point_mm;
-  // As one looks at it: what is written is not mirrored on the far side. Signs change where a side does not count.
+  // Direction as one looks at it: text is not mirrored on the far side. Signs change where a side does not count.
   const auto to_right = [&](int axis) { return normal[axis] < 0.0 ? -1.0 : 1.0; };
   const std::array<std::array<double, 2>, 3> seen{
       {{-to_right(0) * p.z(), -p.y()}, {to_right(1) * p.x(), p.z()}, {to_right(2) * p.x(), -p.y()}}};

@@ -72,7 +72,7 @@ struct DeviceArrays {
   std::array<device::Buffer<std::uint32_t>, 2> endings;  ///< Gammatons whose trails are laid: of ways, of responses.
   device::Buffer<std::uint32_t> met;                     ///< A bit for each texel.
 
-  device::Buffer<std::uint32_t> tally;  ///< Of tally_types.inl.
+  device::Buffer<std::uint32_t> tally;  ///< Counters of tally_types.inl.
 };
 
 /// These tiles, and no others, are to be composed. @throws DeviceError

@@ -106,7 +106,7 @@ struct Simulation::State {
   Composer composer;
   TraceResult trace;
   std::vector<std::uint32_t> ended;  ///< Working memory of begin_lives_and_end_them().
-  std::vector<Ending> endings;       ///< Of deposit().
+  std::vector<Ending> endings;       ///< Buffer of deposit().
   TraceCounters counters;
   SimulationTimes times;
   std::vector<std::int32_t> changed_in;  ///< By tile: the last iteration that changed it; -1 = none.

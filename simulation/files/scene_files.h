@@ -28,12 +28,12 @@ struct SceneCopy {
   std::filesystem::path name;  ///< Name of the scene file in the copy's folder: as it was called.
   std::string text;            ///< Text of the scene file; its paths lead to `files`.
   std::vector<File> files;
-  std::vector<std::string> excluded;  ///< What is not copied and stays where it is: too large, or named by a glTF in a
-                                      ///< way that no copy can keep.
+  std::vector<std::string> excluded;  ///< Files that are not copied and stay where they are: too large, or named by a
+                                      ///< glTF in a way that no copy can keep.
 };
 
-inline constexpr std::uint64_t kMaxSceneBytes = std::uint64_t{1}
-                                                << 30;  ///< Of all files of a copy; what would pass it is excluded.
+inline constexpr std::uint64_t kMaxSceneBytes =
+    std::uint64_t{1} << 30;  ///< Limit of all files of a copy; what would pass it is excluded.
 
 /// Names depend on the scene alone, not on where its files lie. @param scene  The scene file, read before without an
 /// error.

@@ -9,7 +9,7 @@ namespace patinate::simulation {
 namespace {
 
 constexpr int kResolution = 192;      ///< Texels along the coarse atlas of --estimate.
-constexpr double kMaxContacts = 4e6;  ///< Of all iterations: a few seconds.
+constexpr double kMaxContacts = 4e6;  ///< Contacts of all iterations: a few seconds.
 constexpr double kMaxCarried = 16.0;  ///< Emitter::carries.
 
 /// How many gammatons stand for an emitter's, and by how much more each carries.

@@ -18,9 +18,9 @@ struct MaterialOutcome {
   double shows_share = 0.0;  ///< Where what has come covers a tenth of the color or more.
   double hides_share = 0.0;  ///< Where it covers all of it: more makes no difference.
   double full_share = 0.0;   ///< Where a texel holds no more (amount 4).
-  double color_share = 0.0;  ///< Of the color that what has come covers: 95th percentile of the texels, or the mean
-                             ///< where that is 0.
-  bool is_made = false;      ///< By a rule.
+  double color_share = 0.0;  ///< Share of the color that new material covers: 95th percentile of the texels, or the
+                             ///< mean where that is 0.
+  bool is_made = false;  ///< By a rule.
 };
 
 struct ObjectOutcome {

@@ -56,8 +56,8 @@ struct SimulationManifest {
 };
 /// @param path  A simulation folder, or its simulation.json. @throws IoError
 [[nodiscard]] SimulationManifest read_simulation_manifest(const std::filesystem::path& path);
-/// What of a finished folder's inputs is not as it was ("scene.json", "urn/mesh.obj"), "" if all is; lengths of the run
-/// do not count. Of a folder that holds its scene, what of that is not as it was written.
+/// Inputs of a finished folder that are not as they were ("scene.json", "urn/mesh.obj"), "" if all is; lengths of the
+/// run do not count. Of a folder that holds its scene, what of that is not as it was written.
 /// @param path  The folder, or its simulation.json. @param scene  Its scene file, read again.
 [[nodiscard]] std::string changed_inputs(const std::filesystem::path& path, const SceneFile& scene);
 

@@ -141,7 +141,7 @@ struct DeviceRules::State {
   Buffer<ParameterCodes> parameters_at;
   Buffer<std::uint32_t> materials;  ///< By slot.
   Buffer<PackedRule> rules;
-  std::vector<float> known_everywhere;  ///< As the device has it.
+  std::vector<float> known_everywhere;  ///< Values on the device.
   Buffer<float> everywhere;
   Buffer<std::uint64_t> covered;
   std::array<Buffer<TileIndex>, RuleEngine::kEpoch> due;  ///< By phase: covered tiles.

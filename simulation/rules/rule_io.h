@@ -22,7 +22,7 @@ struct RuleAsset {
   double rate = 0.1;
   std::vector<std::pair<std::string, double>> products;  ///< Material and amount by rate * driver * time, [0, 1000].
   std::vector<std::pair<std::string, double>> reactants;
-  std::string where{};  ///< As Rule::where.
+  std::string where{};  ///< Text of Rule::where.
 };
 
 /// Names of the rules that come along with the program.

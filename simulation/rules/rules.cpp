@@ -55,13 +55,13 @@ struct RuleEngine::State : CompiledRules {
   std::uint64_t seed;
   std::vector<SurfaceParameter> parameters;  ///< Slots after the materials; then the signals.
   Weather weather;
-  std::optional<SignalValues> last_signals;  ///< Of the last step, the age left out.
+  std::optional<SignalValues> last_signals;  ///< Signals of the last step, the age left out.
   TileFacts facts;
   std::vector<std::uint64_t> awake;  ///< By page: a bit for each tile.
   std::vector<Worker> workers;
   std::vector<TileIndex> dirty;
   std::vector<std::size_t> num_dirty;      ///< By chunk.
-  std::unique_ptr<DeviceRules> on_device;  ///< Of these rules; null before a device is asked.
+  std::unique_ptr<DeviceRules> on_device;  ///< State of these rules on a device; null before a device is asked.
   bool is_all_awake_there = true;          ///< It is to be told so.
 
   [[nodiscard]] std::size_t first_signal() const { return materials.size() + parameters.size(); }

@@ -27,7 +27,7 @@ struct SurfaceParameter {
   std::string name;  ///< Name as drivers have it.
   std::variant<std::vector<std::uint8_t>, std::vector<std::uint16_t>, std::vector<float>>
       values;        ///< Floats: finite; as they are.
-  float low = 0.0F;  ///< Of codes.
+  float low = 0.0F;  ///< Range of codes.
   float high = 1.0F;
 };
 

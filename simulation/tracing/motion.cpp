@@ -215,7 +215,7 @@ struct GammatonTracer::Impl {
     return motion_scene(scene, rays, frames, *links, free_space, *clearance, wet);
   }
 
-  std::unique_ptr<DeviceMotion> there;  ///< Of the scene as it stands; null before it is asked.
+  std::unique_ptr<DeviceMotion> there;  ///< State of the present scene on a device; null before it is asked.
   std::optional<Clearance> clearance;
   std::vector<std::optional<Emitter>> placed_for;
   std::vector<PlacedEmitter> placed;

@@ -75,7 +75,7 @@ struct MotionScene {
   const TriangleFrames& frames;
   const SurfaceLinks& links;
   const FreeSpace& free_space;
-  Clearance& clearance;  ///< Of epsilon.
+  Clearance& clearance;  ///< Clearance at epsilon.
   MotionFacts facts;
   const WetPaths* wet = nullptr;  ///< Attracts those that float; may be null.
 };

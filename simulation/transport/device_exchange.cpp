@@ -29,7 +29,8 @@ using exchange_types::WalkRoom;
 
 namespace {
 
-constexpr std::size_t kLayItems = 32, kWalkItems = 128, kTrailItems = 128, kGroup = 64;  // As the kernels have them.
+constexpr std::size_t kLayItems = 32, kWalkItems = 128, kTrailItems = 128,
+                      kGroup = 64;                    // Group sizes as the kernels have them.
 constexpr std::size_t kBatch = std::size_t{1} << 16;  // Gammatons of one launch, which stays short.
 constexpr std::uint32_t kFirstSlots = 256;            // Tiles that a trail touches.
 constexpr std::size_t kMinPieces = std::size_t{1} << 16, kMinWalked = std::size_t{1} << 18;
@@ -96,8 +97,8 @@ struct DeviceExchange::State {
   Buffer<TrailPlace> places;
   Buffer<std::uint32_t> hits, last, residence;
   Buffer<std::uint64_t> deposited;
-  ExchangeCall call{};                                ///< Of contacts.
-  std::array<std::uint32_t, kMaxMaterials> active{};  ///< Of deposits: materials with a rate.
+  ExchangeCall call{};                                ///< Call for contacts.
+  std::array<std::uint32_t, kMaxMaterials> active{};  ///< Materials with a rate, for deposits.
   std::uint32_t num_active = 0;
   bool is_deposited = false;
   SplatWidths widths;
@@ -144,7 +145,7 @@ DeviceExchange::State::State(const DeviceArrays& arrays, const SurfaceAtlas& its
   std::uint32_t most_links = 4;
   const std::span<const std::uint32_t> first = surface->first_links();
   for (std::size_t i = 0; i + 1 < first.size(); ++i) most_links = std::max(most_links, first[i + 1] - first[i]);
-  if (kWalkItems * most_links + transfer_kernel::kWalkTexels > 2048)  // What walk_device.cl has room for.
+  if (kWalkItems * most_links + transfer_kernel::kWalkTexels > 2048)  // Limit of walk_device.cl.
     throw device::DeviceError(device.info().name + ": texels of this surface have up to " + std::to_string(most_links) +
                               " neighbors, which is too many for it");
   call.most_links = most_links;
@@ -168,7 +169,7 @@ void DeviceExchange::State::allocate_pieces(std::size_t num) {
 
 void DeviceExchange::State::allocate_slots(std::uint32_t num) {
   call.num_slots = num;
-  slots = device.allocate<std::uint32_t>(num_groups * num * 71);  // As lay_endings() has it.
+  slots = device.allocate<std::uint32_t>(num_groups * num * 71);  // Slots as lay_endings() has them.
   device.fill_zero(slots.memory());
 }
 

@@ -12,7 +12,7 @@ using transport::SplatLanes;
 using transport::SplatSums;
 
 constexpr std::uint32_t kMaxMass = 0xFFFFFFFFu;
-constexpr std::uint32_t kNoPart = 0xFFFFFFFFu;  ///< Of a lane that a splat leaves out.
+constexpr std::uint32_t kNoPart = 0xFFFFFFFFu;  ///< Part of a lane that a splat leaves out.
 constexpr std::size_t kAhead =
     8;  ///< Contacts that memory is asked for before their turn; their numbers at twice that.
 

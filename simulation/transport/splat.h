@@ -65,7 +65,7 @@ class SplatShape {
   /// Asks memory for what append() will read there.
   void prefetch(TexelIndex texel) const;
 
-  /// What append() is made of. The variance along an axis, texels^2 of the size that is hit there, in 1/kVarianceOne;
+  /// Size that append() uses. The variance along an axis, texels^2 of the size that is hit there, in 1/kVarianceOne;
   /// 0 = one texel.
   [[nodiscard]] int size_at(TexelIndex texel) const {
     return size_of(surface_->weight_of_triangle(surface_->triangle(texel)));

@@ -28,7 +28,7 @@ struct SplatLanes {
   const std::uint16_t* amount = nullptr;
   std::uint32_t whole = 0;         ///< Mass that is carried.
   std::uint32_t room = 0;          ///< Mass that each part may pick up.
-  std::uint32_t random = 0;        ///< Of the contact and material.
+  std::uint32_t random = 0;        ///< Random number of the contact and material.
   std::int32_t* quanta = nullptr;  ///< Result: what leaves each texel.
   std::uint16_t* left = nullptr;   ///< Result: its amount then.
   std::uint16_t* any = nullptr;    ///< Not 0 from now on where something has changed.

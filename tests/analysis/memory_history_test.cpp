@@ -28,7 +28,7 @@ MemoryHistoryImages images_of(const std::function<float(int, int, int, int)>& co
   return images;
 }
 
-/// The same history twice.
+/// One history, twice.
 struct Both {
   testing_support::TempFolder folder;
   std::shared_ptr<const History> memory, disk;

@@ -129,7 +129,7 @@ void compare_speed() {
   }
 }
 
-/// Of this program alone: what getrusage() says begins with the memory of the one that started it.
+/// Peak of this program alone: what getrusage() says begins with the memory of the one that started it.
 double peak_mb() {
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;) {

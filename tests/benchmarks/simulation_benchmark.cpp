@@ -1,4 +1,4 @@
-// What a simulation costs, part by part: simulation_benchmark [PART ...]; all without arguments.
+// Cost of a simulation, part by part: simulation_benchmark [PART ...]; all without arguments.
 #include <array>
 #include <cstdio>
 #include <string_view>

@@ -16,7 +16,7 @@ void rules();
 void composition();
 /// Whole iterations by atlas size and wetness; segments/s all in.
 void iteration();
-/// The same on every device.
+/// Measures iterations on every device.
 void iteration_on_devices();
 /// Each part of an iteration on the chest of several objects, by atlas size and number of gammatons.
 void chest();

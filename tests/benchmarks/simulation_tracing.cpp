@@ -94,7 +94,7 @@ void measure(const simulation::Scene& made, std::int64_t n) {
   for (const int num_threads : {1, 2}) report(std::to_string(num_threads) + " threads", num_threads);
 }
 
-/// The same rays on every OpenCL device, the way there and back included.
+/// Traces the rays on every OpenCL device, the way there and back included.
 void rays_on_devices(const simulation::RayTracer& rays, const std::vector<Vec3>& origins,
                      const std::vector<Vec3>& directions, double reach) {
   std::vector<simulation::RayQuery> queries(origins.size());

@@ -94,7 +94,7 @@ void photograph() {
       texels, s, source_s, 1e-3 * texels / s, 1e-3 * texels / (s - source_s));
 }
 
-/// What the analysis that is kept beside a history saves: by itself, and of a whole transfer onto few texels.
+/// Measures what the analysis kept beside a history saves: by itself, and of a whole transfer onto few texels.
 void kept_analysis(int num_frames) {
   constexpr int kLevels = 5;
   const Setting setting(512, num_frames, 512);

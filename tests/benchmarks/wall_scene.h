@@ -8,13 +8,13 @@ namespace patinate::benchmarks {
 
 /// The wall with sills, 5,000 gammatons.
 [[nodiscard]] simulation::Scene wall(int resolution);
-/// The same, where water dries slowly: rules have work wherever it is wet, and it stays so.
+/// Wall where water dries slowly: rules have work wherever it is wet, and it stays so.
 [[nodiscard]] simulation::Scene slow_wall(int resolution);
 
 /// Wets whole tiles of 8 x 8 texels, so many of them, some here, some there.
 void make_wet(simulation::Simulation& simulation, double share);
 
-/// Of the covered texels.
+/// Share of the covered texels.
 [[nodiscard]] double wet_share(const simulation::Simulation& simulation);
 
 }  // namespace patinate::benchmarks

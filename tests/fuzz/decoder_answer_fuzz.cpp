@@ -6,7 +6,7 @@
 
 using namespace patinate;
 
-/// What a decoder that has gone wrong may answer.
+/// Answers of a decoder that has gone wrong.
 PATINATE_FUZZ_TARGET(decoder_answer) {
   std::size_t at = 0;
   const WireRead read = [&](void* to, std::size_t size) {

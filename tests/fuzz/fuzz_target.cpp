@@ -37,7 +37,7 @@ void run(Target target, Bytes bytes) {
 
 const std::filesystem::path& fuzz_folder() {
   static const testing_support::TempFolder folder;
-  // What a file may name beside itself, and must never be opened.
+  // Files that a file may name beside itself, and that must never be opened.
   static const bool has_pipe = ::mkfifo((folder / "pipe").c_str(), 0600) == 0;
   (void)has_pipe;
   return folder.path();

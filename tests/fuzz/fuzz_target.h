@@ -27,7 +27,7 @@ void run(Target target, Bytes bytes);
 [[nodiscard]] const std::filesystem::path& fuzz_folder();
 /// A file in it with these bytes; the same one for each name.
 std::filesystem::path fuzz_file(const std::string& name, Bytes bytes);
-/// What must hold whatever the input is. Aborts unless `holds`.
+/// Requires what must hold whatever the input is. Aborts unless `holds`.
 void require(bool holds, const char* what);
 
 /// Takes values from the input; zeros after its end.

@@ -7,7 +7,7 @@
 
 using namespace patinate;
 
-/// What stands where an output is to go: anything may lie there. The first byte chooses the kind of file.
+/// Bytes that stand where an output is to go: anything may lie there. The first byte chooses the kind of file.
 PATINATE_FUZZ_TARGET(output_key) {
   if (bytes.empty()) return;
   const fuzz::Bytes rest = bytes.subspan(1);

@@ -19,7 +19,7 @@ void make_step_photographs() {
 
 }  // namespace
 
-/// What `unlight` reads.
+/// Input of `unlight`.
 PATINATE_FUZZ_TARGET(unlight_step) {
   make_step_photographs();
   const capture::UnlightStep step = capture::read_unlight_step(fuzz::fuzz_file("step.json", bytes));

@@ -118,7 +118,7 @@ void expect_frames_exact(const transfer::TransferReader& transfer) {
   }
 }
 
-/// What every copper transfer must show, whatever the mesh.
+/// Expects what every copper transfer must show, whatever the mesh.
 void expect_copper_ages(const transfer::TransferTask& task, const transfer::TransferReader& transfer) {
   expect_frames_exact(transfer);
   for (int y = 0; y < kAtlas; ++y) {

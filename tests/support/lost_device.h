@@ -6,7 +6,7 @@
 
 namespace patinate::testing_support {
 
-/// What this machine's driver does, but for launches: so many work, those after them fail.
+/// Driver of this machine, but for launches: so many work, those after them fail.
 [[nodiscard]] const device::OpenCl& driver_with_launches(int num_launches);
 
 }  // namespace patinate::testing_support

@@ -16,7 +16,7 @@ namespace patinate::testing_support {
 
 /// The square as `n` x `n` charts of the same texel density, each turned by an angle of its own.
 [[nodiscard]] Mesh quilt_plane(double side_mm, int n);
-/// The same, every second chart mirrored and every second row of charts with 0.7 of the texel density.
+/// Plane with every second chart mirrored and every second row of charts with 0.7 of the texel density.
 [[nodiscard]] Mesh patchwork_plane(double side_mm, int n);
 
 /// (x, y) * step_mm for x and y in [-radius, radius], row by row, without (0, 0): a neighborhood on a surface.

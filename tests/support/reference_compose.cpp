@@ -92,7 +92,7 @@ void age(ReferenceTexel& texel, const Scene& scene, const composition::TexelPlac
         (static_cast<double>(atlas.amount(m, t)) - static_cast<double>(atlas.original(m, t))) / kAmountOne;
     const auto material = static_cast<std::size_t>(m);
     const bool has_grain = grain.has(material);
-    // As it is kept, in 8 bits.
+    // Stored value, in 8 bits.
     const double xi =
         has_grain
             ? composition::grain_noise(static_cast<std::uint8_t>(255.0 * grain.value(material, t) + 0.5)) / 32768.0

@@ -79,7 +79,7 @@ TEST_F(Compare, AHistoryAgainstItselfIsZeroEverywhere) {
     ASSERT_FALSE(f.at("value").is_null()) << f.dump();
     EXPECT_EQ(f.at("value"), 0.0) << f.dump();
     if (f.contains("high")) {
-      EXPECT_EQ(f.at("high"), 0.0) << f.dump();  // The same places: drawn together.
+      EXPECT_EQ(f.at("high"), 0.0) << f.dump();  // Same places: drawn together.
     }
   }
   EXPECT_GT(report_figure(report, "color_distribution").at("split").get<double>(), 0.0);  // Halves of it do differ.
@@ -191,7 +191,7 @@ TEST_F(Compare, SaysWhatCannotBeSaid) {
 float grains(int x, int y, int seed) { return blotches((x + 37 * seed) % 512, (y + 53 * seed) % 512, 0, 1); }
 
 TEST_F(Compare, PlacesArePairedWhereThePicturesShowThatTheyAreTheSame) {
-  // The same surface that ages in another way, and another one.
+  // One surface that ages in another way, and another one.
   write_history(folder_ / "treated", kHistorySide, kHistorySide, kFrames, [](int x, int y, int f, int c) {
     return blotches(x, y, 0, c) * (1.0f - 0.06f * static_cast<float>(c == 0 ? f : 0));
   });

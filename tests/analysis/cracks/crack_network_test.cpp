@@ -80,7 +80,7 @@ TEST(CrackNetwork, EvenCellsMeetAtOneHundredAndTwentyDegrees) {
     const CrackNetwork network = measure_cracks(voronoi(320, hexagonal(320, spacing, turn), 3.0), {}, kArm);
     ASSERT_GT(network.junctions.size(), 60u);
     EXPECT_NEAR(mean_angle(network), 120.0,
-                2.0 * kDegrees);  // Of three angles the two smaller ones are taken: noise lowers their mean.
+                2.0 * kDegrees);  // Only the two smaller of three angles are taken: noise lowers their mean.
     EXPECT_NEAR(mean_cell(network), std::sqrt(0.75) * spacing * spacing,
                 0.06 * spacing * spacing);  // Center lines take a pixel.
     EXPECT_NEAR(network.width_px().value(), 3.0, 0.35);
@@ -163,7 +163,7 @@ TEST(CrackNetwork, DarkLinesAreFoundUnderNoiseAndFallOff) {
   EXPECT_TRUE(std::all_of(none.values().begin(), none.values().end(), [](std::uint8_t v) { return v == 0; }));
 }
 
-/// Of the pixels that a condition selects.
+/// Mask of the pixels that a condition selects.
 ImageU8 where(const ImageF& values, const std::function<bool(float)>& condition) {
   ImageU8 out(values.width(), values.height());
   for (std::int64_t i = 0; i < values.num_pixels(); ++i) out.data()[i] = condition(values.data()[i]) ? 255 : 0;

@@ -110,7 +110,7 @@ TEST(LineStructure, AnEndNearTheBorderIsNone) {
     ImageU8 lines(80, 80);
     for (int x = at; x < 40; ++x) lines.at(x, 40) = 255;
     EXPECT_EQ(measure_structure(lines, {}, {}).num_ends, at < 6 ? 1 : 2) << at;
-    // The same beside the outside of a mask, along x and along y.
+    // Lines beside the outside of a mask, along x and along y.
     ImageU8 mask(80, 80, 1, 255);
     for (int y = 0; y < 80; ++y) {
       for (int x = 50; x < 80; ++x) mask.at(x, y) = 0;

@@ -214,7 +214,7 @@ TEST(Evaluation, ASeamOfAPictureLaidOverItCannotBeTold) {
   const SynthesisSource source = blotchy_source();
   const Evaluation whole = evaluate(source, over_cut_plane(source, 192, 0.0), quick_evaluation(), 1),
                    broken = evaluate(source, over_cut_plane(source, 192, 40.0), quick_evaluation(), 1);
-  // What the picture itself has between the two columns where it is cut.
+  // Difference of the picture itself between the two columns where it is cut.
   const double expected =
       mean_difference(source.frames[0], kBlotchySide / 2 - 1) / mean_difference(source.frames[0], -1);
   EXPECT_NEAR(value_of(whole, "seam_gradient_ratio"), expected, 0.03);

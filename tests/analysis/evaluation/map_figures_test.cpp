@@ -156,7 +156,7 @@ SynthesizedMap cut_square(bool is_in_two_tiles, const SynthesisSource& source) {
   return map;
 }
 
-// The same texels are beside each other, so that only sums are rounded in another order.
+// Equal texels are beside each other, so that only sums are rounded in another order.
 TEST(MapFigures, ASeamBetweenTilesIsWhatItIsWithinOne) {
   const SynthesisSource source = lined_source();
   const Evaluation within = evaluate(source, cut_square(false, source), quick_map_figures(), 1),

@@ -289,7 +289,7 @@ TEST(BorderContrast, IsOneWithoutBordersAndMoreWhereBlocksAreShuffled) {
 }
 
 TEST(BorderContrast, IsOneWhereTheSourceRepeatsItself) {
-  // Of period 12: a piece from 12 px away goes on as the source does.
+  // Period 12: a piece from 12 px away continues as the source does.
   SynthesisSource source;
   source.frames = {ImageF(96, 96, 3)};
   for (int y = 0; y < 96; ++y) {

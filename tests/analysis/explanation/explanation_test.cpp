@@ -97,7 +97,7 @@ TEST(Explanation, AMixOfTwoIsFoundWithItsWeightsUnderNoise) {
     // twice that is 0.1 of weights that sum to 1.
     EXPECT_NEAR(found.mix.members[0].weight, 0.7, 0.1) << "seed " << seed;
     EXPECT_TRUE(found.mix.figures.explains);
-    // Of Gaussian fields the rank correlation is (6 / pi) asin(r / 2), r = sqrt(0.8): 0.885; 100 places: +- 0.05.
+    // For Gaussian fields the rank correlation is (6 / pi) asin(r / 2), r = sqrt(0.8): 0.885; 100 places: +- 0.05.
     EXPECT_NEAR(found.mix.figures.correlation, 0.885, 0.05);
     EXPECT_NEAR(found.mix.left_out_correlation, 0.885, 0.07);
   }

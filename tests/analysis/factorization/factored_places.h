@@ -35,7 +35,7 @@ struct FactoredOptions {
   double outliers = 0.0;           ///< Share of the values that are replaced by anything in [0, 1].
   double unseen = 0.0;             ///< Share of places and times that are masked, and hold nonsense.
   double unchanged = 0.0;          ///< Share of places.
-  double spread = 0.22;            ///< Of log rate.
+  double spread = 0.22;            ///< Spread of log rate.
 };
 
 [[nodiscard]] inline FactoredPlaces factored_places(const FactoredOptions& o) {
@@ -101,7 +101,7 @@ inline void bring_to_gauge(const analysis::TemporalCurve& fitted, std::vector<an
 struct FactorErrors {
   double rate = 0.0, offset = 0.0, gain = 0.0, base = 0.0,
          value = 0.0;         ///< Share; time; linear; linear; root mean square.
-  double fitted_share = 0.0;  ///< Of those that change.
+  double fitted_share = 0.0;  ///< Share of those that change.
 };
 [[nodiscard]] inline FactorErrors factor_errors(const FactoredPlaces& places, const analysis::Factorization& made) {
   std::vector<analysis::PlaceFactors> truth = places.truth;

@@ -57,7 +57,7 @@ TEST(Factorization, OfFactoredPlacesReturnsTheirFactors) {
   EXPECT_EQ(e.fitted_share, 1.0);
   EXPECT_LT(e.value, 0.001);
   EXPECT_LT(e.rate, 0.005);
-  EXPECT_LT(e.offset, 0.2);  // Of 100.
+  EXPECT_LT(e.offset, 0.2);  // On a scale of 100.
   EXPECT_LT(e.gain, 0.002);
   EXPECT_LT(e.base, 0.002);
 }

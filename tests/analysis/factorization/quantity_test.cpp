@@ -23,7 +23,7 @@ constexpr int kWidth = 24, kHeight = 16, kFrames = 30;
 constexpr float kColor = 0.25f, kStrength = 0.5f;
 
 double time_of(int frame) { return 100.0 * frame / (kFrames - 1); }
-/// Of place i at a frame: it dulls as a factorization has it.
+/// Roughness of place i at a frame: it dulls as a factorization has it.
 double roughness_of(const PlaceFactors& p, int frame) {
   return 0.25 + 0.6 * true_curve(1, p.rate * time_of(frame) - p.offset);
 }
@@ -78,7 +78,7 @@ TEST(FactorQuantity, OfRoughnessFindsItsClocksAndLeavesTheRestAsItIs) {
       squares += std::pow(static_cast<double>(gloss.data()[2 * i + 1]) - roughness_of(truth[i], frame), 2);
     }
   }
-  // As of colors that follow the formula (factorization_test.cpp): what 24 pieces of a spline cannot follow.
+  // Bound as for colors that follow the formula (factorization_test.cpp): what 24 pieces of a spline cannot follow.
   EXPECT_LT(std::sqrt(squares / (3.0 * static_cast<double>(truth.size() - 1))), 0.002);
   const ImageF rate = read_channels(folder / "factors/maps/rate.exr", {"Y"});
   std::vector<PlaceFactors> known(truth.begin() + 1, truth.end());
@@ -87,7 +87,7 @@ TEST(FactorQuantity, OfRoughnessFindsItsClocksAndLeavesTheRestAsItIs) {
   for (std::size_t i = 0; i < known.size(); ++i)
     off.push_back(std::abs(static_cast<double>(rate.data()[i + 1]) / known[i].rate - 1.0));
   std::sort(off.begin(), off.end());
-  EXPECT_LT(off[off.size() * 95 / 100], 0.01);  // The same; one channel of 30 times where those have three of 48.
+  EXPECT_LT(off[off.size() * 95 / 100], 0.01);  // Same bound; one channel of 30 times where those have three of 48.
   EXPECT_EQ(read_factorization(folder / "factors").num_frames, kFrames);
 }
 

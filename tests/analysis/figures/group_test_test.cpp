@@ -79,7 +79,7 @@ TEST(GroupTest, EqualMembersHaveNoEffectAndNoEvidence) {
 }
 
 TEST(GroupTest, SampledLabelingsSayWhatAllOfThemSay) {
-  // Of 8 against 8 there are 12870 labelings; 2000 draws know a share to 4 sqrt(p (1 - p) / 2000).
+  // There are 12870 labelings of 8 against 8; 2000 draws know a share to 4 sqrt(p (1 - p) / 2000).
   std::vector<double> values = normals(16, 3);
   for (std::size_t i = 8; i < 16; ++i) values[i] += 0.7;
   const Labelings all = make_labelings(8, 8, 20000, 1), some = make_labelings(8, 8, 2000, 1);

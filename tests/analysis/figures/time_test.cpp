@@ -132,7 +132,7 @@ TEST(TimeWarp, IntervalsHoldTheMeanDelayOfSurfacesWhosePatchesDiffer) {
     num_held += interval->front().low <= kTime + kDelay && interval->front().high >= kTime + kDelay ? 1 : 0;
     width += (interval->front().high - interval->front().low) / kTrials;
   }
-  // Of 60 that hold it with 0.95, fewer than 51 happen once in a thousand times.
+  // Fewer than 51 of 60 that hold it with 0.95 happen once in a thousand times.
   EXPECT_GE(num_held, 51);
   // Nor wider than the mean's own spread asks for, and a step of candidates on either side.
   EXPECT_LT(width, 1.25 * 2.0 * 1.96 * kSpread / kPatches + 2.0 * 8.0 / 32.0 / 8.0);

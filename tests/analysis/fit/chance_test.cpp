@@ -18,7 +18,7 @@ using testing_support::has;
 // there are numbers are fitted, and a number that is off by e adds e^2 / N to the square.
 TEST(Chance, IntervalsOfALinearModelHoldAllTrueNumbersInNineOfTenCases) {
   constexpr int kTrials = 20000, kNumResiduals = 60, kNumDraws = 8;
-  for (const double lack : {0.0, 3.0}) {  // What the model cannot follow is in best and truth.
+  for (const double lack : {0.0, 3.0}) {  // The model's lack is in best and truth.
     for (const int num_numbers : {1, 2, 4}) {
       int num_held = 0;
       for (int trial = 0; trial < kTrials; ++trial) {

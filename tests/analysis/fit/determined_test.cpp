@@ -162,7 +162,7 @@ TEST(Determined, UndefinedPlacesBoundAnInterval) {
       verdict_of([&](const auto& x) { return x[0] > 0.8 ? infinity : 0.01 * x[0]; }, {0.4}, 0.1);
   EXPECT_EQ(v[0].determination, Determination::AtMost);
   EXPECT_LE(v[0].high, 0.8);
-  EXPECT_LE(v[0].effect, 0.01);  // Of defined places.
+  EXPECT_LE(v[0].effect, 0.01);  // Share of defined places.
 }
 
 TEST(Determined, ScansReachBothEndsAndComeNearTheBest) {

@@ -68,7 +68,7 @@ TEST(FitCaptures, ASharedRateAndStrengthsOfTheirOwnAreFoundAgain) {
   const Json report = run_fit(task_of(histories, true, 0.0), output);
   const Json& p = report.at("parameters");
   ASSERT_EQ(p.size(), 3u);
-  // As in FitJob.FindsKnownValuesAgain...: a thousandth of the range, and half floats.
+  // Bounds of FitJob.FindsKnownValuesAgain...: a thousandth of the range, and half floats.
   EXPECT_NEAR(p[0].at("best").get<double>(), 0.4, 0.02 * 0.4);
   EXPECT_NEAR(p[1].at("best").get<double>(), 0.8, 0.02 * 0.8);
   EXPECT_NEAR(p[2].at("best").get<double>(), 0.5, 0.02 * 0.5);
@@ -210,7 +210,7 @@ TEST(FitCaptures, FramesAreHeldOutOfEachByItselfAndTheMeanIsTheirs) {
     EXPECT_DOUBLE_EQ(held_out.at(figure).get<double>(),
                      0.5 * (first.at(figure).get<double>() + second.at(figure).get<double>()))
         << figure;
-  // The same course, less of it: 0.2 of 0.8.
+  // The course is the same, but less of it: 0.2 of 0.8.
   EXPECT_LT(second.at("last_frame").get<double>(), first.at("last_frame").get<double>());
   EXPECT_EQ(first.at("shown"), "8 d");
   const std::string page = read_file(folder.path() / "fit" / kFitPageFile);

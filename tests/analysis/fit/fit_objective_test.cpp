@@ -54,7 +54,7 @@ TEST(FitObjective, EqualsTheFiguresOfAComparison) {
   const ObjectiveValue value = objective(b);
   CompareOptions compare = compare_options(options);
   compare.num_resamples = 0;
-  compare.places = Places::Equal;  // As ciede2000 of a fit states.
+  compare.places = Places::Equal;  // Places as ciede2000 of a fit states.
   const ComparedPair pair =
       load_pair(open_series(folder.path() / "a").series, open_series(folder.path() / "b").series, compare);
   std::vector<Figure> figures;
@@ -160,7 +160,7 @@ TEST(FitObjective, ASimulatedSurfaceInThePlaceOfTheCaptureIsComparedAsTheCapture
 }
 
 TEST(FitObjective, IsThatOfEqualSizesOrOfEqualLengthsAPixelWhereBothAreKnown) {
-  // The same surface in texels of half the side: equal once both are means over the same lengths.
+  // One surface in texels of half the side: equal once both are means over the same lengths.
   const TempFolder folder;
   const AgedSurface coarse = green_plate(kGreenTruth);
   AgedSurface fine = coarse;
@@ -204,7 +204,7 @@ TEST(FitObjective, FramesUpToATimeAndThoseHeldOutMakeUpAllOfThem) {
   EXPECT_EQ(seen.num_times(), 6u);
   EXPECT_EQ(held_out.num_times(), 3u);
   EXPECT_NEAR(all(b).objective.value(), (6 * seen(b).objective.value() + 3 * held_out(b).objective.value()) / 9, 1e-9);
-  // What happens after it is not seen.
+  // Later events are not seen.
   AgedSurface other = b;
   for (std::size_t t = 6; t < other.colors.size(); ++t) other.colors[t] = ImageF(24, 16, 3, 0.5f);
   EXPECT_EQ(seen(other).objective.value(), seen(b).objective.value());

@@ -36,7 +36,7 @@ TEST(MultiStart, FindsTheDeeperOfTwoValleysFromTheFloorOfTheOtherWhateverTheSeed
     num_alone += minimize(two_valleys, {0.2, 0.25}, 200, {.search = search, .starts = 1}).value < 1.0;
     EXPECT_LT(minimize(two_valleys, {0.2, 0.25}, 200, {.search = search}).value, 1.0) << "seed " << seed;
   }
-  // What several starts are for: one is beaten at so many seeds, and beats them at none (sign test, one-sided).
+  // Several starts are for this: one is beaten at so many seeds, and beats them at none (sign test, one-sided).
   EXPECT_LT(std::pow(0.5, kNumSeeds - num_alone), 0.001);
 }
 
@@ -86,7 +86,7 @@ TEST(MultiStart, GivesTheBestOfItsStartsHalfOfTheGenerationsAndForgetsNone) {
     for (int k = 0; k < search.population(); ++k) values.push_back(f(search.candidate(k)));
     search.tell(values);
   }
-  EXPECT_EQ(design, 2);  // As many as dimensions.
+  EXPECT_EQ(design, 2);  // One for each dimension.
   std::vector<int> generations;
   for (const MultiStart::Descent& d : search.descents()) generations.push_back(d.generations);
   ASSERT_EQ(generations.size(), 4u);  // 2 n.
@@ -119,7 +119,8 @@ TEST(MultiStart, WhatComesAfterALittleGainIsLittle) {
   int num_held = 0;
   for (std::uint64_t seed = 1; seed <= kNumSeeds; ++seed) {
     const BoxPoint optimum{0.2 + 0.015 * static_cast<double>(seed), 0.65, 0.4};
-    // As a distance of distributions: a cone, rounded by what the model lacks, longer than wide, with grain.
+    // Objective like a distance of distributions: a cone, rounded by what the model lacks, longer than wide, with
+    // grain.
     const auto f = [&](const BoxPoint& x) {
       const double grain = std::sin(900.0 * x[0] + 700.0 * x[1] + 800.0 * x[2]);
       return std::sqrt(0.04 + square({x[0], x[1], 0.4 + 0.1 * (x[2] - 0.4)}, optimum)) + 0.002 * grain;

@@ -128,7 +128,7 @@ TEST(PlaceField, OfASurfaceThatAgesAlikeEverywhereItStaysAlmostOneNumber) {
   const FittedField found = fit_place_field(colors, {});
   EXPECT_NEAR(found.flat_value, 0.6, 0.02);
   EXPECT_LT(field_difference(found.field, flat, colors), 0.02);
-  // What a field gains on noise: of the sum of squares as many variances as it has numbers.
+  // Gain of a field on noise: of the sum of squares as many variances as it has numbers.
   const double residuals = 3.0 * kTimes * kSide * kSide;
   EXPECT_GT(found.misfit * found.misfit, found.flat_misfit * found.flat_misfit * (1.0 - 2.0 * 36.0 / residuals));
 }

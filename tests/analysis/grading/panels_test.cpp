@@ -109,7 +109,7 @@ TEST(Panels, GetTheRightGradesWhereTheIntervalHoldsNoBorder) {
   const Counts counts = grade_panels(1000, 12);
   EXPECT_GE(counts.right, 0.95 * counts.far);
   EXPECT_LE(counts.false_alarms, 1e-4 * counts.clean);
-  EXPECT_GE(counts.held, 0.8 * counts.all);  // Of 48: 0.9 less two and a half standard deviations.
+  EXPECT_GE(counts.held, 0.8 * counts.all);  // For 48: 0.9 less two and a half standard deviations.
 }
 
 TEST(ManyPanels, GetTheRightGradesAndIntervalsHold) {

@@ -62,7 +62,7 @@ struct Shown {
   std::string page, csv, lists;
 };
 
-/// As a report lists them.
+/// Figures as a report lists them.
 Json listed(std::span<const Section> sections) {
   return object_json([&](DocumentVisitor& v) {
     describe_listed_figures(v, sections);

@@ -114,7 +114,7 @@ TEST(Similarity, AHistoryIsNoDistanceFromItself) {
 }
 
 TEST(Similarity, LighterByTenIsTenDeltaE) {
-  // As many frames as moments: between frames light is blended, not lightness.
+  // There are as many frames as moments: between frames light is blended, not lightness.
   const auto flat = [](double lightness) {
     return described(images_of(32, 32, 17, [=](int, int, double share) { return lightness - 20.0 * share; }));
   };
@@ -141,12 +141,12 @@ TEST(Similarity, TwiceTheContrastIsTwoOctavesOfPower) {
         128, 128, 2, [&](int x, int y, double) { return 60.0 + contrast * static_cast<double>(structure.at(x, y)); }));
   };
   SurfaceDescriptor a = with(2), b = with(4);
-  a.pixel_mm = b.pixel_mm = 1.0;                           // Of known scale: nothing slides.
+  a.pixel_mm = b.pixel_mm = 1.0;                           // Scale is known: nothing slides.
   EXPECT_NEAR(*dissimilarity(a, b).structure, 2.0, 1e-3);  // Single precision.
 }
 
 TEST(Similarity, UnknownScaleCostsNothingKnownScaleDoes) {
-  // The same grain from twice as far.
+  // Grain is the same from twice as far.
   const ImageF fine = grain(256, 3, 11);
   const ImageF far = downscale_area(fine, 128, 128);
   const auto of = [](const ImageF& structure) {

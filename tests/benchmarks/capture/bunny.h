@@ -23,7 +23,7 @@ struct Bunny {
   RigidTransform pair;                    ///< bun000 from bun045, derived.
   [[nodiscard]] std::size_t index(const std::string& name) const;
 };
-/// Of $PATINATE_DATA/scans/bunny; nothing, and a line that says so, when it is not there.
+/// Finds $PATINATE_DATA/scans/bunny; nothing, and a line that says so, when it is not there.
 [[nodiscard]] std::optional<Bunny> find_bunny();
 
 /// Turned about the source's middle, as `pose` puts it, and shifted, each in any direction.
@@ -32,7 +32,7 @@ struct Bunny {
 
 struct Gap {
   double deg = 0.0;
-  double mm = 0.0;  ///< Of the source's middle.
+  double mm = 0.0;  ///< Distance of the source's middle.
 };
 [[nodiscard]] Gap gap(const RigidTransform& a, const RigidTransform& b, const PointCloud& source);
 

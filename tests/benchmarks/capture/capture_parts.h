@@ -5,7 +5,7 @@
 namespace patinate::benchmarks {
 
 void measure_pair();        ///< Registration of two scans: time and accuracy, PCL in the same run.
-void measure_joint();       ///< Of all ten scans.
+void measure_joint();       ///< Measures all ten scans.
 void measure_basin();       ///< From how far off, and by search alone.
 void measure_unlighting();  ///< Albedo and normals of a relief under near lamps.
 void measure_unlighting_time();

@@ -17,7 +17,7 @@ using namespace testing_support;
 void print_accuracy(const char* name, const LitReliefOptions& options) {
   LitRelief scene = lit_relief(options);
   scene.input.blockers = &scene.scan;
-  capture::UnlightInput known = scene.input;  // What noise alone leaves: the true normals and shadows.
+  capture::UnlightInput known = scene.input;  // Noise alone leaves this: the true normals and shadows.
   known.normal = scene.normal;
   for (std::size_t k = 0; k < known.valid.size(); ++k) {
     for (int y = 0; y < scene.shadow.height(); ++y) {

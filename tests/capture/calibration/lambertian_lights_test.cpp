@@ -144,7 +144,7 @@ TEST(LambertianLights, OneFlatPoseOfAFarLightLeavesTheDistanceOpenAndSaysSo) {
   const LambertianLightResult result = lights_from_lambertian(camera, {samples});
   EXPECT_EQ(result.lights[0].status, CalibrationStatus::Undetermined);
   EXPECT_GT(result.lights[0].distance_sd, 0.1);
-  // The same light over ten poses: still far, but its direction is known.
+  // One light over ten poses: still far, but its direction is known.
   samples = planes(camera, far, 10, {}, 1);
   for (ShadedSample& s : samples)
     s.value *= 150.0, s.value += 0.002 * Vec3(random.normal(), random.normal(), random.normal());

@@ -47,7 +47,7 @@ ChartPhoto write_photo(const fs::path& file, const ChartScene& scene, int photo)
     codes.data()[i] = static_cast<std::uint8_t>(std::lround(255.0f * made.codes.data()[i]));
   fs::create_directories(file.parent_path());
   write_codes(file, codes);
-  // What a camera's codes do not hold is not measured here.
+  // Colors that a camera's codes do not hold are not measured here.
   std::erase_if(made.patches, [](const KnownPatch& patch) {
     constexpr double kInside = 0.05;
     return *std::min_element(patch.linear.begin(), patch.linear.end()) < kInside;

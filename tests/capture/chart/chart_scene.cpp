@@ -25,8 +25,8 @@ using Eigen::Vector3d;
 
 constexpr double kFrame = 0.35;       ///< Width of the chart's frame, in distances of two patches.
 constexpr int kSamples = 3;           ///< A side, of a pixel.
-constexpr double kWhiteLight = 0.5;   ///< Of the largest light.
-constexpr double kChartWidth = 0.36;  ///< Of the picture's, of six patches.
+constexpr double kWhiteLight = 0.5;   ///< Share of the largest light.
+constexpr double kChartWidth = 0.36;  ///< Share of the picture's width, for six patches.
 constexpr double kDegrees = std::numbers::pi / 180.0;
 
 /// Uniform in [low, high).
@@ -63,7 +63,7 @@ class Camera {
   }
 
  private:
-  /// As makers do: least squares to Rec. 709 over the chart, gray stays gray; and a little too colorful.
+  /// Matrix as makers choose it: least squares to Rec. 709 over the chart, gray stays gray; and a little too colorful.
   void set_color_matrix() {
     const ChartTable table = capture::classic_chart(capture::ChartEdition::Since2014);
     Eigen::MatrixXd seen(24, 3), wanted(24, 3);
@@ -86,11 +86,11 @@ class Camera {
 
 /// Everything that is drawn of a scene.
 struct Layout {
-  Matrix3d photo_from_cell = Matrix3d::Identity();  ///< Of the chart's columns and rows.
+  Matrix3d photo_from_cell = Matrix3d::Identity();  ///< Transform of the chart's columns and rows.
   std::vector<Spectrum> chart;                      ///< Surfaces of the patches.
   Spectrum frame, table, cover;
   std::vector<KnownPatch> patches;
-  std::vector<Spectrum> surfaces;  ///< Of `patches`.
+  std::vector<Spectrum> surfaces;  ///< Spectra of `patches`.
   Vector2d slope = Vector2d::Zero();
   double bend = 0.0;
   Eigen::Array4d covered{0, 0, 0, 0};  ///< Cells from, to: columns, then rows.
@@ -181,7 +181,7 @@ Layout draw_layout(const ChartScene& scene) {
   return layout;
 }
 
-/// Which surface a place shows: of the chart 0 to 23, then frame, table, cover, and the patches beside it.
+/// Surface that a place shows: of the chart 0 to 23, then frame, table, cover, and the patches beside it.
 int surface_at(const ChartScene& scene, const Layout& layout, const Matrix3d& cell_from_photo, const Vector2d& at) {
   for (std::size_t i = 0; i < layout.patches.size(); ++i) {
     const KnownPatch& p = layout.patches[i];

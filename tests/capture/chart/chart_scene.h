@@ -16,7 +16,7 @@ namespace patinate::testing_support {
 inline constexpr int kNumCameras = 3;
 inline constexpr int kNumLamps = 3;
 
-/// What is wrong with the chart.
+/// Spoil of the chart.
 enum class ChartSpoil { None, Hidden, Mirrored, Dark, Bright, OtherMake, Bent, Absent, CutOff, Shuffled };
 inline constexpr int kNumSpoils = 10;
 
@@ -25,13 +25,13 @@ struct ChartScene {
   int height = 480;
   int camera = 0;            ///< 0: linear codes of 16 bits. 1: sRGB, 8 bits. 2: a tone curve of its own, 8 bits.
   int lamp = 0;              ///< 0: daylight of 5000 K. 1: tungsten of 2856 K. 2: a white LED.
-  double tilt_deg = 15.0;    ///< Of the chart against the picture, about an axis that is drawn.
+  double tilt_deg = 15.0;    ///< Tilt of the chart against the picture, about an axis that is drawn.
   double vignetting = 0.25;  ///< a of exp(-a r^2), r in half diagonals.
   double slope = 0.1;        ///< Largest relative change of the lamp's light over half a diagonal.
   double noise = 1.0;        ///< 1: a standard deviation of 1 % at white, 0.1 % at black.
-  double largest_turn_deg = 180.0;  ///< Of the chart in the picture, either way.
+  double largest_turn_deg = 180.0;  ///< Turn of the chart in the picture, either way.
   ChartSpoil spoil = ChartSpoil::None;
-  std::uint32_t seed = 1;  ///< Of where the chart lies, the other patches, and the spoil.
+  std::uint32_t seed = 1;  ///< Seed of where the chart lies, the other patches, and the spoil.
 };
 
 /// How one photograph was exposed.
@@ -51,7 +51,7 @@ struct KnownPatch {
 struct ChartPhoto {
   ImageF codes;  ///< H x W x 3, in [0, 1], rounded to the camera's bits.
   std::vector<KnownPatch> patches;
-  std::array<Eigen::Vector2d, 4> corners = {};  ///< As place_chart() takes them.
+  std::array<Eigen::Vector2d, 4> corners = {};  ///< Corners as place_chart() takes them.
 };
 
 [[nodiscard]] ChartPhoto render_chart(const ChartScene& scene, const ChartExposure& exposure = {});

@@ -18,7 +18,7 @@ using Spectrum = Eigen::Array<double, kNumBands, 1>;
 [[nodiscard]] std::array<double, 3> lab_of_surface(const Spectrum& reflectance);
 /// A smooth surface of that color [Jakob, Hanika 2019]: a sigmoid of a parabola over the wavelength.
 [[nodiscard]] Spectrum surface_of_lab(const std::array<double, 3>& lab);
-/// The same with a ripple over the wavelength: of another family than the chart's patches.
+/// Spectrum with a ripple over the wavelength: of another family than the chart's patches.
 [[nodiscard]] Spectrum rippled(const Spectrum& reflectance, double size, double phase);
 
 /// @param lamp  As ChartScene has it.

@@ -107,7 +107,7 @@ TEST(ChartTable, NamesTheLineThatIsWrong) {
 }
 
 TEST(FindChart, LiesWhereItWasRenderedWhateverItsTurnAndTilt) {
-  constexpr double kMost = 0.1;  // Of a patch's side of 38 pixels; samples take its middle half.
+  constexpr double kMost = 0.1;  // Share of a patch's side of 38 pixels; samples take its middle half.
   for (std::uint32_t seed = 1; seed <= (is_nightly() ? 40u : 6u); ++seed) {
     const ChartScene scene{.camera = static_cast<int>(seed % 3), .lamp = static_cast<int>(seed / 3 % 3), .seed = seed};
     const ChartPhoto photo = render_chart(scene);

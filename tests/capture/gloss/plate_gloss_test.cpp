@@ -19,10 +19,10 @@
 namespace patinate::testing_support {
 namespace {
 
-constexpr double kForm = 0.05;  // Of a highlight: what fits allow its form to be off.
+constexpr double kForm = 0.05;  // Share of a highlight by which fits allow its form to be off.
 constexpr double kSigmas = 4.0;
 
-/// Of the material with the largest share, at a photograph.
+/// Material with the largest share, at a photograph.
 const Json& largest_at(const PlateRun& run, std::size_t frame) {
   return run.gloss.at("materials").at(0).at("at").at(frame);
 }
@@ -40,12 +40,12 @@ void expect_truth(const PlateRun& run, const datasets::PlateOptions& o) {
               kSigmas * at.at("roughness_deviation").get<double>() + kForm / 2.0 * at.at("roughness").get<double>())
         << i;
     EXPECT_LT(std::abs(e.f0), kSigmas * f0_deviation + kForm) << i;
-    // What of the highlight may be left; beside it the grain of the color, which classes do not know, and 8 bits.
+    // Part of the highlight that may be left; beside it the grain of the color, which classes do not know, and 8 bits.
     constexpr double kGrain = 0.02;
     EXPECT_LT(e.albedo_near, (kForm + kSigmas * f0_deviation) * e.lambert_near + kGrain) << i;
     EXPECT_LT(e.albedo, e.lambert) << i;
   }
-  // What is known well must be said to be: at the start all of the plate is polish.
+  // Well-known values must be said to be so: at the start all of the plate is polish.
   EXPECT_LT(largest_at(run, 0).at("roughness_deviation").get<double>(), 0.1 * o.roughness);
   EXPECT_LT(largest_at(run, 0).at("f0_deviation").get<double>(), 0.1 * o.specular);
 }

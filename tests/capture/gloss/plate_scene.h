@@ -13,13 +13,13 @@
 
 namespace patinate::testing_support {
 
-/// Of one photograph's frame. Medians over pixels that are polish (less than a twentieth patina).
+/// Errors of one photograph's frame. Medians over pixels that are polish (less than a twentieth patina).
 struct PlateErrors {
   double roughness = 0.0;    ///< Found less truth.
   double f0 = 0.0;           ///< Found over truth, less 1; of the mean over channels.
   double albedo = 0.0;       ///< Mean of |found - truth| over the mean of truth, all pixels and channels.
-  double lambert = 0.0;      ///< The same where the whole photograph is taken for matt.
-  double albedo_near = 0.0;  ///< Of the tenth of the pixels nearest to the mirror's direction.
+  double lambert = 0.0;      ///< Error where the whole photograph is taken for matte.
+  double albedo_near = 0.0;  ///< Error of the tenth of the pixels nearest to the mirror's direction.
   double lambert_near = 0.0;
 };
 

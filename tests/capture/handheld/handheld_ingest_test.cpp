@@ -224,7 +224,7 @@ TEST(HandheldIngest, PhotographsOfSeveralSizesAreRefusedWithoutAlignAndTheMessag
   EXPECT_TRUE(has(ingest_error(folder.path()), "--align auto")) << ingest_error(folder.path());
 }
 
-/// What HandheldScene has beside a frame.
+/// Surroundings that HandheldScene has beside a frame.
 constexpr float kTable = 0.2f;
 
 /// An object whose surface is another one in each frame, before a table. @param radius  Of its outline, by angle.

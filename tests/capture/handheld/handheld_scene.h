@@ -19,12 +19,12 @@ struct HandheldScene {
   double least_crop = 0.7;     ///< Share of the frame's sides that a photograph shows.
   double largest_tilt = 0.0;   ///< Change of scale from one side of a photograph to the other, by perspective.
   double largest_tint = 0.0;   ///< Natural logarithm of a channel's gain.
-  double largest_stops = 0.0;  ///< Of exposure, either way; not saturated by more than the frame is.
+  double largest_stops = 0.0;  ///< Stops of exposure, either way; not saturated by more than the frame is.
   double noise = 0.004;        ///< Standard deviation, of 8-bit codes / 255.
   std::uint32_t seed = 1;
 };
 
-/// What became of one photograph.
+/// Result for one photograph.
 struct HandheldPhoto {
   Eigen::Matrix3d photo_from_frame = Eigen::Matrix3d::Identity();  ///< Pixel centers.
   std::array<double, 3> gain{1.0, 1.0, 1.0};

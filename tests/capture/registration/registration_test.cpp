@@ -147,7 +147,7 @@ TEST(RegisterPair, NamesWhatAPlaneACylinderAndASphereLeaveOpen) {
       if (c.motions.size() == 2 && kinds == c.motions) {
         EXPECT_GT(std::abs(found.unconstrained_dofs[1].direction.x()), 0.999) << "the axis of the cylinder is x";
       }
-      // What is determined is found all the same: every point of the moved scan lies on the surface again.
+      // Determined motions are found all the same: every point of the moved scan lies on the surface again.
       double off = 0.0;
       for (std::size_t i = 0; i < source.points.size(); i += 97) {
         const Vec3 p = found.target_from_source.apply(source.points[i]);
@@ -219,7 +219,7 @@ TEST(RegisterPair, StatesWhatItWouldMoveByWereTheChangedShareMisjudged) {
            std::sqrt(found.covariance.bottomRightCorner<3, 3>().trace() + found.misjudged.tail<3>().squaredNorm());
   };
   PairRegistration some, all;
-  // Of the right order: the part that is taken for unchanged is not the unchanged one to a point.
+  // Right order only: the part that is taken for unchanged is not the unchanged one to a point.
   EXPECT_LT(error_over_stated(0.5, some), 3.0);
   EXPECT_LT(error_over_stated(1.0, all), 3.0);
   EXPECT_GT(some.staying, 0.4);

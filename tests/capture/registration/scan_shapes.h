@@ -12,7 +12,7 @@ namespace patinate::testing_support {
 /// A range grid of `size` x `size` cells over 100 mm x 100 mm, seen from +z: (x, y, height(x, y)).
 struct GridScan {
   int size = 120;
-  double offset = 0.0;    ///< Of the whole grid along x and y, in cells: other points of the same surface.
+  double offset = 0.0;    ///< Offset of the whole grid along x and y, in cells: other points of the same surface.
   double noise_mm = 0.0;  ///< Standard deviation along z.
   std::uint64_t seed = 1;
 };

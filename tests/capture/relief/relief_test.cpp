@@ -38,7 +38,7 @@ double none(double, double) { return 0.0; }
 /// 20 micrometers are lost from the right half, 1 cm2.
 double half_lost(double x, double) { return x > 0.0 ? -0.020 : 0.0; }
 
-/// What a registration leaves: 0.03 degrees and 15 micrometers.
+/// Error that a registration leaves: 0.03 degrees and 15 micrometers.
 RigidTransform small_error() { return {rotation_of({4e-4, -3e-4, 1e-4}), {0.01, -0.006, 0.015}}; }
 
 ImageU8 left_half(const ReliefView& view) {

@@ -288,7 +288,8 @@ TEST(RelitIngest, StepsThatCannotBeRegisteredStopItOrAreLeftOut) {
 
 TEST(RelitIngest, AccessibilityIsTheCurvatureThatThePatinaFollowed) {
   RelitOptions options;
-  options.scan.scale_mm = 1.5;  // As the mold's own, radius / 40; the view is along the camera's axis, not the mold's.
+  options.scan.scale_mm =
+      1.5;  // Scale as the mold's own, radius / 40; the view is along the camera's axis, not the mold's.
   const TempFolder temp;
   ingest(shared_exact(), temp / "history", options);
   EXPECT_GT(testing_support::mold_errors(shared_exact(), temp / "history").accessibility_correlation, 0.95);
@@ -404,7 +405,7 @@ TEST(RelitIngest, StepsThatAreAddedLaterKeepTheFinishedOnes) {
   EXPECT_EQ(bytes_of(temp / "history"), bytes_of(temp / "fresh"));
 }
 
-/// What is said about a project with one thing wrong; "" when a history was made.
+/// Complaint about a project with one thing wrong; "" when a history was made.
 std::string complaint(const std::function<void(Json&)>& edit, const std::function<void(const fs::path&)>& spoil = {}) {
   const TempFolder temp;
   fs::copy(shared_exact(), temp / "mold", fs::copy_options::recursive);

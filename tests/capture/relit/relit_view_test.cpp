@@ -9,7 +9,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr int kSide = 48;
-constexpr double kHalf_mm = 15.3;  ///< Of the plate's side: its outline runs through pixels.
+constexpr double kHalf_mm = 15.3;  ///< Half of the plate's side: its outline runs through pixels.
 
 /// 1 mm a pixel at the plate, straight from above.
 Camera camera_above() {

@@ -139,7 +139,7 @@ TEST(RealTimelapse, TheMelonsHandRepeatedPhotographsAreAllNamed) {
 TEST(RealTimelapse, TheSaltsThreeEventsAreNamedAndNothingElse) {
   PATINATE_REQUIRE_DATA(file, "timelapse/salt_crystallizing/salt_crystallizing.webp");
   const Surveyed s = survey(file, false);
-  const auto [precision, recall] = rate("salt_crystallizing", s, {1, 75, 97});  // As the catalog has it.
+  const auto [precision, recall] = rate("salt_crystallizing", s, {1, 75, 97});  // Frames as the catalog has them.
   EXPECT_EQ(precision, 1.0);
   EXPECT_EQ(recall, 1.0);
   EXPECT_EQ(s.shifted, (std::set<int>{75, 97}));

@@ -99,7 +99,7 @@ TEST(Deflicker, KnownGainsAreRecoveredAndATrendStays) {
   }
   const auto factors = deflicker_factors(gains);
   ASSERT_EQ(factors.size(), flicker.size());
-  // What is left of the flicker, beyond its mean over the window: sd 0.1 / sqrt(about 11 frames); 4 sigma.
+  // Rest of the flicker, beyond its mean over the window: sd 0.1 / sqrt(about 11 frames); 4 sigma.
   double mean = 0.0, squares = 0.0;
   for (std::size_t i = 0; i < flicker.size(); ++i) {
     const double left = std::log(factors[i][0]) + flicker[i];

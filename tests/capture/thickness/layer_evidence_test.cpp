@@ -30,7 +30,7 @@ ImageF cracked_layer(int side) {
   return photo;
 }
 
-/// The same with a round hole in its middle.
+/// Layer with a round hole in its middle.
 ImageF layer_with_hole(int side, double diameter_px) {
   ImageF photo = cracked_layer(side);
   for (int y = 0; y < side; ++y) {

@@ -32,11 +32,11 @@ TEST(IngestSynthetic, DustThatGathersIsAsMuchAsWhatItFollowsSays) {
       for (int y = 0; y < o.height; ++y) {
         for (int x = 0; x < o.width; ++x) {
           if (mask.at(x, y) == 0) continue;
-          // What the photographs say is covered: red goes from the glaze's to the dust's, in the same light.
+          // Cover by the photographs: red goes from the glaze's to the dust's, in the same light.
           const double start = static_cast<double>(clean.at(x, y, 0)), now = static_cast<double>(frame.at(x, y, 0));
           const double dust = static_cast<double>(light.at(x, y)) * datasets::kDustAlbedo[0];
           const double found = (now - start) / (dust - start);
-          // What the control of the history says: grains at random.
+          // Cover by the control of the history: grains at random.
           const double value = facts.low + static_cast<double>(control.at(x, y)) * (facts.high - facts.low);
           const double expected = -std::expm1(-o.rate * std::pow(value, o.steepness) * i * o.interval_d);
           const double rounding = testing_support::photo_rounding(now) + testing_support::photo_rounding(start);

@@ -74,10 +74,10 @@ TEST_F(IngestEdges, WhatIsSaturatedIsNotLookedAtAndTheRestIs) {
       const int patch = edge_patch_at(kCard, x, y);
       const std::string_view name = patch < 0 ? "" : kEdgePatches[patch].name;
       const bool is_corner = x + y < kCard.patch_px / 3;
-      // What one photograph spoils, the others show.
+      // The other photographs show what one spoils.
       const bool is_saturated = name == "white" || name == "red_saturated";
       num_saturated += is_saturated ? 1 : 0;
-      // What is saturated may take pixels beside it along, which belong to no patch.
+      // Saturated pixels may take pixels beside them along, which belong to no patch.
       if (patch >= 0 || is_corner) {
         EXPECT_EQ(mask.at(x, y) == 0, is_corner || is_saturated) << x << ' ' << y << ' ' << name;
       }

@@ -11,10 +11,10 @@
 
 namespace patinate::testing_support {
 
-/// Of `folder / "capture.json"` into `folder / "out"`.
+/// Ingests `folder / "capture.json"` into `folder / "out"`.
 [[nodiscard]] HistoryReader ingest(const std::filesystem::path& folder, const capture::IngestOptions& options = {},
                                    const RunControl& control = {});
-/// What that says; "" when nothing is wrong.
+/// Error of the ingest; "" when nothing is wrong.
 [[nodiscard]] std::string ingest_error(const std::filesystem::path& folder, const capture::IngestOptions& options = {});
 
 }  // namespace patinate::testing_support

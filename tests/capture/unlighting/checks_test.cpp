@@ -1,4 +1,4 @@
-// What needs no truth: photographs predicted from the others, and codes decoded by the wrong curve.
+// Checks that need no truth: photographs predicted from the others, and codes decoded by the wrong curve.
 #include <gtest/gtest.h>
 
 #include "capture/unlighting/leave_one_out.h"

@@ -33,7 +33,7 @@ struct GlossSceneOptions {
   double scan_noise_mm = 0.05;
   double scan_spacing_mm = 0.7;
   double pose_mm = 0.03, pose_deg = 0.03;  ///< How far the scan lies beside its place; standard deviations.
-  double noise = 0.004;                    ///< Of the photographs' sRGB codes / 255.
+  double noise = 0.004;                    ///< Noise of the photographs' sRGB codes / 255.
   std::uint64_t seed = 1;
 };
 
@@ -45,7 +45,7 @@ struct GlossScene {
 };
 [[nodiscard]] GlossScene gloss_scene(const GlossSceneOptions& options);
 
-/// Of determined texels.
+/// Errors of determined texels.
 struct AlbedoErrors {
   Vec3 bias = Vec3::Zero();  ///< Percent: mean of found / truth - 1, of every channel.
   double rms = 0.0;          ///< Percent: of found / truth - 1 over all channels.

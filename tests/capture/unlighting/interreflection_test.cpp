@@ -66,7 +66,7 @@ void put_texel(Hollow& hollow, int x, int y, const Vec3& place, const Vec3& norm
   }
 }
 
-constexpr double kBowlRadius = 50.0;                          ///< Of the bowl's sphere, mm.
+constexpr double kBowlRadius = 50.0;                          ///< Radius of the bowl's sphere, mm.
 constexpr double kOpening = 60.0 * std::numbers::pi / 180.0;  ///< From its bottom to its rim.
 
 /// @param depth  0 = one color. @param slope  Angle from the bottom.
@@ -139,7 +139,7 @@ Hollow bowl(double depth) {
   return hollow;
 }
 
-constexpr double kHalf = 50.0;  ///< Of the groove z = |x|, to every side, mm.
+constexpr double kHalf = 50.0;  ///< Half side of the groove z = |x|, mm.
 const Vec3 kGroovePaint(0.8, 0.5, 0.2);
 
 Vec3 groove_normal(double side) { return Vec3(-side, 0, 1).normalized(); }
@@ -153,7 +153,7 @@ bool crosses_groove(const Vec3& from, const Vec3& direction, double side, Vec3& 
   return std::abs(place.x()) <= kHalf && std::abs(place.y()) <= kHalf;
 }
 
-/// What arrives at a place of the groove from the rest of it: light of all bounces, over the lamps' intensity.
+/// Light that arrives at a place of the groove from the rest of it: of all bounces, over the lamps' intensity.
 std::vector<Vec3> groove_light(const std::vector<Light>& lights, const Vec3& start, double start_side,
                                std::uint64_t item) {
   constexpr int kPaths = 1500, kBounces = 12;

@@ -16,19 +16,19 @@ enum class Gloss { BlinnPhong, Ggx };
 struct LitReliefOptions {
   int size = 96;  ///< Pixels along a side.
   double side_mm = 100.0;
-  double height_mm = 20.0;  ///< Of the highest bump; 0 = a plane.
+  double height_mm = 20.0;  ///< Height of the highest bump; 0 = a plane.
   int num_lights = 8;
   Light::Kind kind = Light::Kind::Near;
   double lamp_distance_mm = 350.0;
   bool cast_shadows = true;
   double gloss = 0.0;  ///< F0 of the lobe; of Blinn-Phong's, the share of the light.
   Gloss lobe = Gloss::BlinnPhong;
-  double roughness = 0.45;        ///< Of GGX.
-  double gloss_exponent = 40.0;   ///< Of Blinn-Phong.
+  double roughness = 0.45;        ///< Roughness of GGX.
+  double gloss_exponent = 40.0;   ///< Exponent of Blinn-Phong.
   bool gloss_varies = false;      ///< From 0 at the left to `gloss` at the right.
   double normal_noise_deg = 0.0;  ///< Root mean square angle of the scan's normals.
-  double scan_noise_mm = 0.0;     ///< Of the blockers' vertices.
-  double noise_share = 0.0;       ///< Of the photographs.
+  double scan_noise_mm = 0.0;     ///< Noise of the blockers' vertices.
+  double noise_share = 0.0;       ///< Noise of the photographs.
   double saturated = 0.0;         ///< Share of the lit samples above white.
   Coding coding = Coding::Float;
   Vec3 ambient = Vec3::Zero();  ///< Irradiance from everywhere.

@@ -75,7 +75,7 @@ TEST(Materials, WhatIsMattOrLacqueredIsNotCalledMetal) {
       count += 1.0;
       metal += static_cast<double>(found.metalness.data()[i]);
     }
-    EXPECT_LT(metal / count, 0.05);  // As it is chosen at two standard deviations.
+    EXPECT_LT(metal / count, 0.05);  // Metal is chosen at two standard deviations.
   }
 }
 
@@ -279,7 +279,7 @@ TEST(Materials, AHistoryOfRelitStepsHasMetalItsColorAndHeightsTogether) {
   // Planes through 60 points of 0.02 mm noise, in both scans: 3.7 um, four of them. A window of 2.2 mm blurs what the
   // patina's cells of 3 mm differ by, 0.1 mm, by (1.1 k)^2 / 8 of it with k = 2 pi / 6 mm: 17 um.
   EXPECT_LT(median(off), 4.0 * 0.02 * std::sqrt(2.0 / 60.0) + 0.017);
-  EXPECT_NEAR(grown_found / grown, 1.0, 0.1);  // The same, of places that have grown by 0.2 mm and more.
+  EXPECT_NEAR(grown_found / grown, 1.0, 0.1);  // Places that have grown by 0.2 mm and more.
 }
 
 }  // namespace

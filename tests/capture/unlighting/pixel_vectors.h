@@ -7,7 +7,7 @@
 
 namespace patinate::testing_support {
 
-/// As many of its components as the image has channels.
+/// Puts as many components as the image has channels.
 inline void put(ImageF& image, int x, int y, const Vec3& v) {
   for (int c = 0; c < image.channels(); ++c) image.at(x, y, c) = static_cast<float>(v[c]);
 }

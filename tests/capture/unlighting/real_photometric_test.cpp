@@ -141,7 +141,7 @@ TEST(RealPhotometric, ThePlasterCatIsFlatAndItsLampsAreUnequal) {
       "off\n",
       100.0 * evenness, least, most, 100.0 * result.residual, 100.0 * predicted);
   EXPECT_TRUE(result.is_converged);
-  EXPECT_NEAR(least, 0.57, 0.02);  // As measured before, with another program: 0.57 to 1.29.
+  EXPECT_NEAR(least, 0.57, 0.02);  // Measured before, with another program: 0.57 to 1.29.
   EXPECT_NEAR(most, 1.29, 0.04);
   EXPECT_LT(evenness, 0.065);  // Its folds light each other, which no lamp's model knows.
   EXPECT_LT(predicted, 0.035);
@@ -187,7 +187,7 @@ void compare_models(const char* name, const UnlightInput& input, UnlightOptions 
               name, 100.0 * matt, 100.0 * today, 100.0 * materials);
   for (const std::string& note : result.notes) std::printf("  %s\n", note.c_str());
   ASSERT_FALSE(result.materials.empty());
-  EXPECT_LT(mean_metalness(result), 0.05);  // As it is told at two standard deviations.
+  EXPECT_LT(mean_metalness(result), 0.05);  // Metal is told at two standard deviations.
 }
 
 TEST(RealPhotometric, PlasterAndMattPaintAreNoMetal) {

@@ -77,7 +77,8 @@ TEST(SharedHighlights, PatchesOfGlossAreFoundAmongMattMaterial) {
 TEST(SharedHighlights, NarrowOnesOfAFewTexelsAreRejectedNotSubtracted) {
   struct Scene {
     int block;
-    double exponent, harm;  ///< Of a lobe that is pulled over everything, over none: scenes where it matters.
+    double exponent,
+        harm;  ///< Exponent and harm of a lobe that is pulled over everything, over none: scenes where it matters.
   };
   for (const Scene& s : {Scene{4, 400.0, 1.0}, Scene{6, 1000.0, 1.2}}) {
     const LitRelief scene = patches_of_gloss(

@@ -60,7 +60,7 @@ TEST(Edges, FaintIsLessThanACodeAndNotNothing) {
   const Vec3 first = edge_color(kSmall, x, y, 0), last = edge_color(kSmall, x, y, 11);
   for (int c = 0; c < 3; ++c) {
     const float change = srgb_from_linear(static_cast<float>(last[c])) - srgb_from_linear(static_cast<float>(first[c]));
-    EXPECT_NEAR(255.0f * change, 0.5f, 1e-3f);  // Of floats.
+    EXPECT_NEAR(255.0f * change, 0.5f, 1e-3f);  // Rounding of floats.
   }
 }
 

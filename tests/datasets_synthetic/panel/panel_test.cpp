@@ -49,7 +49,7 @@ double sampling_bound(double outline_mm) {
   return 4.0 * 0.5 * std::sqrt(outline_mm * kSamplesPerMm) / (kSamplesPerMm * kSamplesPerMm);
 }
 
-/// Of an outline that is bent as panels' spots are: no more than 1.6 times that of the circle.
+/// Bound of an outline that is bent as panels' spots are: no more than 1.6 times that of the circle.
 double spot_bound(double area_mm2) { return sampling_bound(1.6 * std::sqrt(4.0 * std::numbers::pi * area_mm2)); }
 
 TEST(Panel, RustCoversThePercentAskedForAtTheEnd) {

@@ -23,7 +23,7 @@ std::shared_ptr<const FlowFrames> downward(const TexelMap& map) {
   return std::make_shared<const FlowFrames>(direction_frames(map, DirectionKind::Gravity, kUp));
 }
 
-// Of neighbors that gather() finds, to the texel and 1/256 pixel.
+// Expects the neighbors that gather() finds, to the texel and 1/256 pixel.
 void expect_equal_to_gather(const TexelMap& map, const std::shared_ptr<const FlowFrames>& frames, double step_mm,
                             std::int64_t& num_missing) {
   std::vector<Vec2> offsets = square_offsets(2, step_mm);
@@ -166,7 +166,7 @@ TEST(TexelNeighborhood, AMirroredChartHasMirroredNeighbors) {
   struct Mirror {
     const char* name;
     Vec2 (*uv)(const Vec2&);
-    std::array<int, 2> (*offset)(int, int);  // Of texels; places mirror likewise, about the atlas's middle.
+    std::array<int, 2> (*offset)(int, int);  // Offset of texels; places mirror likewise, about the atlas's middle.
   };
   const std::array<Mirror, 3> mirrors{Mirror{"left and right", [](const Vec2& p) { return Vec2(1.0 - p.x(), p.y()); },
                                              [](int x, int y) {

@@ -22,7 +22,7 @@ using testing_support::make_cube;
 using testing_support::make_icosphere;
 using testing_support::make_patch;
 
-constexpr double kRounding = 1e-6;  ///< Of a sparse factorization of some thousand unknowns, with room.
+constexpr double kRounding = 1e-6;  ///< Rounding of a sparse factorization of some thousand unknowns, with room.
 constexpr double kPi = std::numbers::pi;
 
 Mesh strip_uvs(Mesh mesh) {
@@ -38,7 +38,8 @@ double twice_uv_area(const Mesh& mesh, std::size_t t) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-/// What holds for every mesh: UVs for all, in the atlas, counter-clockwise where there is area, no texel wanted twice.
+/// Expects what holds for every mesh: UVs for all, in the atlas, counter-clockwise where there is area, no texel wanted
+/// twice.
 void expect_valid(const UnwrapResult& r, const Mesh& in, int resolution = 1024) {
   ASSERT_EQ(r.mesh.uv_triangles.size(), in.triangles.size());
   ASSERT_EQ(r.triangle_chart.size(), in.triangles.size());
@@ -294,7 +295,7 @@ TEST(Unwrap, LaysASingleTriangleAndTwoPieces) {
   mesh.triangles.push_back({3, 4, 5});
   const UnwrapResult two = unwrap(mesh);
   expect_valid(two, mesh);
-  expect_isometric(two);  // Of the whole atlas: both have one texel density.
+  expect_isometric(two);  // The whole atlas is isometric: both have one texel density.
   EXPECT_EQ(two.num_charts, 2);
   EXPECT_EQ(two.triangle_chart[1], 0);  // The larger.
 }

@@ -36,7 +36,7 @@ TEST(RandomStream, DependsOnItemAndPurposeOnly) {
   EXPECT_NE(first, other_purpose.next_u32());
 }
 
-// What a device's items draw for themselves is what one after the other draws.
+// Items of a device draw for themselves what one after the other draws.
 TEST(RandomStream, GoesOnFromAnyWord) {
   RandomStream drawn(7, 42, 3);
   for (std::uint32_t num = 0; num < 11; ++num) {

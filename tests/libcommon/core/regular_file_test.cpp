@@ -53,7 +53,7 @@ TEST(RegularFile, NothingElseIsEverOpened) {
   EXPECT_EQ(read_file(folder / "good"), "text");
 }
 
-// What stands behind them counts: "patinate ... /dev/stdin < file" and "<(command)".
+// The file behind the name counts: "patinate ... /dev/stdin < file" and "<(command)".
 TEST(RegularFile, StandardInputIsAFileWhenOneIsRedirectedAndNoneWhenItIsAPipe) {
   const TempFolder folder;
   std::ofstream(folder / "file") << "text";

@@ -34,7 +34,7 @@ TEST(TimeLeft, OfWorkThatBeginsWithAStartUpIsRightFromTheFirstEstimateOn) {
   EXPECT_LT(largest_error(20.0, after_start_up, 0.1), 1.05);
 }
 
-// What an interrupted run had done is no speed of this one: time over fraction said 1 s of 40.
+// Work of an interrupted run is no speed of this one: time over fraction said 1 s of 40.
 TEST(TimeLeft, OfResumedWorkCountsWhatThisRunDoes) {
   const auto resumed = [](double t) { return 0.8 + 0.2 * t / 40.0; };
   EXPECT_LT(largest_error(40.0, resumed, 0.1), 1.05);

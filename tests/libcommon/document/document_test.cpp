@@ -71,7 +71,7 @@ Thing full_thing() {
 
 Json written(Thing thing) { return document_json(kThing, described(thing)); }
 
-/// What reading `json` ends with; "" when it is read.
+/// Error of reading `json`; "" when it is read.
 std::string error_of(const Json& json) {
   const TempFolder folder;
   const std::filesystem::path file = folder / "thing.json";

@@ -60,7 +60,7 @@ TEST(Camera, SeesPointsWhereTheFormulaOfOpenCvSaysSo) {
     const auto component = [&](int r) {
       return p.rotation(r, 0) * world[0] + p.rotation(r, 1) * world[1] + p.rotation(r, 2) * world[2] + p.translation[r];
     };
-    // As it stands in OpenCV's documentation of projectPoints, term by term.
+    // Formula of OpenCV's documentation of projectPoints, term by term.
     const double x = component(0) / component(2), y = component(1) / component(2), r = std::hypot(x, y);
     const double k1 = -0.21, k2 = 0.08, p1 = 1.5e-3, p2 = -0.9e-3, k3 = -0.012;
     const double radial = 1 + k1 * std::pow(r, 2) + k2 * std::pow(r, 4) + k3 * std::pow(r, 6);

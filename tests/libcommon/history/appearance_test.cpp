@@ -237,7 +237,7 @@ TEST_F(StatedHistory, WithoutTintTheBaseColorIsTheColorToTheBit) {
   EXPECT_TRUE(std::equal(color.values().begin(), color.values().end(), base.values().begin()));
 }
 
-// Of a texel that covers several pixels, no metal counts as 0 and is not left out as unknown.
+// In a texel that covers several pixels, no metal counts as 0 and is not left out as unknown.
 TEST(Footprint, MetalnessOfAChessboardIsItsMean) {
   ImageF board(32, 32);
   for (int y = 0; y < 32; ++y) {

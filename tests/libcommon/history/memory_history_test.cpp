@@ -91,7 +91,7 @@ TEST(MemoryHistory, SaysWhatItHasNot) {
   EXPECT_EQ(error_of([&] { (void)memory.locate(std::numeric_limits<double>::quiet_NaN()); }), "time: is not a number");
 }
 
-// What a folder is refused for, and in the same words where those name no file.
+// Reasons for which a folder is refused, and in the same words where those name no file.
 TEST(MemoryHistory, RefusesWhatIsNoHistoryInOneLine) {
   constexpr double kNoTime = std::numeric_limits<double>::infinity();
   using Change = std::function<void(MemoryHistoryImages&)>;

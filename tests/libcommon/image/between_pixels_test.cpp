@@ -34,7 +34,7 @@ TEST(BetweenPixels, TheMiddleOfAPixelIsThePixelToTheBit) {
   }
 }
 
-// What Keys's cubic is known for: polynomials up to the second degree come out as they are.
+// Keys's cubic is known for this: polynomials up to the second degree come out as they are.
 TEST(BetweenPixels, AParabolaIsReproduced) {
   ImageF image(kSide, kSide);
   const auto parabola = [](double x, double y) { return 0.5 + 0.3 * x - 0.02 * x * x + 0.1 * y + 0.04 * x * y; };
@@ -47,7 +47,7 @@ TEST(BetweenPixels, AParabolaIsReproduced) {
   }
 }
 
-// What a lookup on turned texels is for: a crack 2 px wide, seen along a plane that is turned against the photograph.
+// Lookups on turned texels are for this: a crack 2 px wide, seen along a plane that is turned against the photograph.
 // The nearest pixel lies up to half a diagonal beside the place; the cubic errs where the line is sharper than pixels.
 TEST(BetweenPixels, ATurnedLineComesOutNearlyAsItIs) {
   constexpr int kPlane = 64;
@@ -93,7 +93,7 @@ TEST(BetweenPixels, ChannelsAndBordersDoNotMatter) {
     std::array<float, 3> color{};
     look_at<3>(image.data(), kSide, kSide, x, y, color.data());
     for (int c = 0; c < 3; ++c) {
-      ImageF alone(3 * kSide, 3 * kSide);  // The same in the middle of pixels that repeat the border.
+      ImageF alone(3 * kSide, 3 * kSide);  // Middle of pixels that repeat the border.
       for (int v = 0; v < alone.height(); ++v) {
         for (int u = 0; u < alone.width(); ++u)
           alone.at(u, v) = image.at(std::clamp(u - kSide, 0, kSide - 1), std::clamp(v - kSide, 0, kSide - 1), c);

@@ -122,7 +122,8 @@ class OwnMovie : public testing::TestWithParam<const char*> {};
 // back, in their colors, in whichever order. 301 frames, an odd number, span several key frames.
 TEST_P(OwnMovie, GivesEveryFrameInItsPlaceAndColor) {
   constexpr int kNumFrames = 301;
-  constexpr double kCodecLoss = 2.5;  // Of a mean, in codes; neighboring frames differ by 1 and frames 4 apart by more.
+  constexpr double kCodecLoss =
+      2.5;  // Loss of a mean, in codes; neighboring frames differ by 1 and frames 4 apart by more.
   const TempFolder folder;
   const fs::path file = folder / (std::string("own movie") + GetParam());
   write_coded_movie(file, kNumFrames, gray_frame, {.fps = 12.5});

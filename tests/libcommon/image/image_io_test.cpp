@@ -55,7 +55,7 @@ TEST(Color, CodesChangeHalfWay) {
     EXPECT_EQ(srgb8_from_linear(std::nextafter(edge, 0.0f)), code);
     EXPECT_EQ(srgb8_from_linear(edge), code + 1);
   }
-  constexpr double kRounding = 1e-4;  // Of floats near an edge, in codes.
+  constexpr double kRounding = 1e-4;  // Rounding of floats near an edge, in codes.
   for (float linear = 1e-5f; linear < 1.0f; linear *= 1.0001f) {
     EXPECT_NEAR(srgb8_from_linear(linear), 255.0 * static_cast<double>(srgb_from_linear(linear)), 0.5 + kRounding)
         << linear;

@@ -43,7 +43,7 @@ std::vector<T> values_of(const EncodedFormat& format, double low, double high) {
   return values;
 }
 
-/// What `encoder` makes of rows that come in pieces of `step`.
+/// Bytes that `encoder` makes of rows that come in pieces of `step`.
 std::string encoded_by(ImageEncoder& encoder, MemorySink& sink, const EncodedFormat& format, const void* values,
                        int step) {
   const std::size_t row = static_cast<std::size_t>(format.width) * format.channels.size() *
@@ -113,7 +113,7 @@ TEST(ImageOracle, ExrsHaveTheBytesOfOpenImageIo) {
   }
 }
 
-/// What OpenImageIO reads of a file, or its error, against what we do.
+/// Content that OpenImageIO reads of a file, or its error, against what we do.
 struct Read {
   ImageInfo info;
   CodedImage image;
@@ -140,7 +140,7 @@ std::unique_ptr<ImageSource> open_ours(const std::filesystem::path& path) {
   return source ? std::move(source) : open_exr(path);
 }
 
-/// The same bytes, but for which of the NaNs it is: those are refused later.
+/// Compares bytes, but for which of the NaNs it is: those are refused later.
 bool hold_equal_values(const CodedImage& a, const CodedImage& b) {
   if (a.type != CodedImage::Type::Float || a.bytes.size() != b.bytes.size()) return a.bytes == b.bytes;
   for (std::size_t at = 0; at < a.bytes.size(); at += sizeof(float)) {

@@ -70,7 +70,7 @@ TEST(ImageRows, AnyNumberOfThreadsWritesTheSameExr) {
   }
 }
 
-// As in jobs whose items write at the same time.
+// Jobs have items that write at the same time.
 TEST(ImageRows, FilesThatAreWrittenAtOnceShareThreads) {
   const TempFolder folder;
   const ImageF image = noise_beyond_codes(61, 300);

@@ -150,7 +150,7 @@ TEST(Job, GoesOnWithFinishedItemsAfterCanceling) {
   };
   EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int i) { runs.push_back(i); }), options, with_threads(1)),
             JobStatus::Done);
-  // What was written when the stop came is brought to the disk now, not made again.
+  // Files written when the stop came are brought to the disk now, not made again.
   EXPECT_EQ(runs, (std::vector<int>{6, 7}));
   EXPECT_EQ(num_done, 6u);
   EXPECT_EQ(num_items, 8u);
@@ -248,7 +248,8 @@ TEST(Job, GoesOnWithFinishedItemsAfterWrongInput) {
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "whole"));
 }
 
-/// As sample_plan(), but every item has a key of its own, which is what it writes; `hook(i)` is called after that.
+/// Plan like sample_plan(), but every item has a key of its own, which is what it writes; `hook(i)` is called after
+/// that.
 JobPlan keyed_plan(const fs::path& output, const std::vector<std::string>& keys,
                    const std::function<void(int)>& hook = {}) {
   std::string plan_key;
@@ -372,7 +373,7 @@ TEST(Job, KilledAnywhereItFinishesWithTheSameBytes) {
     const fs::path out = temp / ("out" + std::to_string(kill_at));
     const auto hang = [&](int i) {
       if (i < kill_at) return;
-      // What a kill in the middle of writing leaves.
+      // Leftover of a kill in the middle of writing.
       std::ofstream(out.string() + ".partial/parts/." + std::to_string(i) + ".tmp99.txt") << "half";
       std::this_thread::sleep_for(std::chrono::seconds(30));
     };

@@ -20,7 +20,7 @@ inline std::filesystem::path write(const std::filesystem::path& path, const std:
   return path;
 }
 
-/// What read_mesh() says of a file with these bytes; "" when it reads it.
+/// Error of read_mesh() about a file with these bytes; "" when it reads it.
 inline std::string error_of(const std::string& name, const std::string& bytes) {
   const TempFolder folder;
   try {

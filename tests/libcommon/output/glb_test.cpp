@@ -306,7 +306,7 @@ TEST(GlbTangents, AreUnitAndAcrossTheNormalWhateverTheUvs) {
   }
 }
 
-/// Of a whole file in memory.
+/// Contents of a whole file in memory.
 struct GlbContents {
   explicit GlbContents(const std::string& bytes) {
     std::uint32_t size = 0;

@@ -42,13 +42,13 @@ TEST(Lobe, ReflectsAsMuchAsItsTableSaysAndNeverMoreThanArrives) {
       // The table is bilinear over 32 x 32 places of 256 samples each: a percent.
       EXPECT_NEAR(energy.scale + energy.bias, sum.value, 0.012) << roughness << " " << cosine;
       EXPECT_LE(sum.value, 1.0 + 1e-3);  // The sum's own error.
-      EXPECT_LE(sum.pdf, 1.0 + 1e-3);    // What is missing was sampled below the surface.
+      EXPECT_LE(sum.pdf, 1.0 + 1e-3);    // The missing part was sampled below the surface.
       EXPECT_NEAR(energy.reflected(1.0), 1.0, 1e-12);
     }
   }
 }
 
-// What a lobe sends from one direction into another it sends back as well [Helmholtz]. Its value is BRDF times cosine.
+// A lobe sends as much from one direction into another as back [Helmholtz]. Its value is BRDF times cosine.
 // The energy that is made good depends on the viewer alone: with it colors are right and this is not.
 TEST(Lobe, IsReciprocal) {
   for (const double roughness : {0.1, 0.45, 1.0}) {

@@ -346,7 +346,7 @@ TEST(SurfaceView, ACoarseBallIsAsRoundAsItsNormals) {
 TEST(Plants, StandWhereTheAmountIsHighAndStayWhenItGrows) {
   const Mesh mesh = plate(2.0, 0.0);
   SurfaceMaps maps{.color = kWhite, .plants = ImageF(2, 1, 1)};
-  maps.plants.at(0, 0) = 0.55f;  // Of the left half; nothing grows on the right one's far side.
+  maps.plants.at(0, 0) = 0.55f;  // Plants of the left half; nothing grows on the right one's far side.
   const SurfaceOptions surface{.plant_size = 0.05};
   const std::vector<Plant> few = find_plants(mesh, maps, {}, surface);
   maps.plants.at(0, 0) = 0.9f;

@@ -150,7 +150,7 @@ Mesh both(Mesh mesh, const Mesh& other) {
 // A small plate at height 1 above the middle of a large one.
 Mesh table() { return both(plate(4.0, 0.0), plate(1.0, 1.0)); }
 
-// What the picture shows at a place in the world.
+// Value that the picture shows at a place in the world.
 float seen(const ImageF& picture, const OrbitCamera& camera, const Vec3& p) {
   const Vec3 q = p - camera.position;
   const double z = -q.dot(camera.backward);
@@ -209,7 +209,7 @@ TEST(Render, NeighborsInAPenumbraMakeUpForEachOther) {
   EXPECT_LT(std::sqrt(together / alone), 1.0 / 3.0);
 }
 
-// What is seen of a disc of radius 1 beside a straight edge, `x` from its middle.
+// Part of a disc of radius 1 that is seen beside a straight edge, `x` from its middle.
 double lit_share(double x) {
   const double c = std::clamp(x, -1.0, 1.0);
   return 1.0 - (std::acos(c) - c * std::sqrt(1.0 - c * c)) / std::numbers::pi;

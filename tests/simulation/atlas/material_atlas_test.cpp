@@ -68,7 +68,7 @@ TEST(SceneMesh, AnObjectGetsTheTexelsAMmThatItAsksFor) {
   EXPECT_EQ(covered[1], 150 * 150);
   // Beside one another: 512 - 150 - the gutter.
   EXPECT_EQ(covered[0], 358 * 358);
-  scene.objects[1].scale = 2.0;  // As it stands.
+  scene.objects[1].scale = 2.0;  // Scale as it stands.
   EXPECT_EQ(texels_of(scene)[1], 300 * 300);
   Scene alone = scene_of({testing_support::unit_plane(100)}, 256);
   alone.objects[0].texels_per_mm = 1.0;

@@ -74,7 +74,7 @@ void expect_same_textures(const Composer& a, const Composer& b) {
 
 class SimulationOnDevices : public testing_support::OnDevices<testing::TestWithParam<Case>> {};
 
-// What is saved on a device goes on without one, and the other way round.
+// A run that is saved on a device goes on without one, and the other way round.
 TEST_P(SimulationOnDevices, GivesTheCpusBytesThroughEventsAndSnapshots) {
   constexpr int kIterations = 200, kSaved = 100;
   if (GetParam().resolution > 256) PATINATE_NIGHTLY_ONLY();

@@ -77,7 +77,7 @@ void check_sizes(double attraction, double most) {
                at_1k = blurred_picture(wall(kSide, attraction, 1));
   const double of_seeds = difference(blurred_picture(wall(kSide, attraction, 2)), at_1k).rms;
   for (const int resolution : {2 * kSide, 4 * kSide}) {
-    // What is new is not the same either: grain that is finer than a texel at 1k.
+    // New parts are not the same either: grain that is finer than a texel at 1k.
     const Difference now = difference(blurred_picture(wall(resolution, attraction, 1)), at_1k),
                      before = difference(blurred_picture(wall(resolution, attraction, 1), 0), fresh);
     const double aged = std::sqrt(std::max(0.0, now.rms * now.rms - before.rms * before.rms));

@@ -118,7 +118,7 @@ TEST(SimulationTruths, WhatIsAbsorbedOrRestsIsOnTheSurface) {
 }
 
 TEST(SimulationTruths, ResolutionChangesNothingButSharpness) {
-  // The same drops at the same places; what differs is how finely they are shown, and the rounding to quanta.
+  // Drops are the same at the same places; what differs is how finely they are shown, and the rounding to quanta.
   constexpr int kCoarsest = 128, kIterations = 40;
   for (const double slope : {0.0, 30.0}) {
     std::vector<double> coarse;

@@ -107,7 +107,7 @@ TEST(Estimate, ACoarseRunForetellsTheWholeOne) {
   const RunEstimate estimate = estimate_run(file, {});
   EXPECT_EQ(estimate.resolution, 192);
   EXPECT_EQ(estimate.all_gammatons, 4000);
-  EXPECT_EQ(estimate.gammatons, 563);  // As many a texel.
+  EXPECT_EQ(estimate.gammatons, 563);  // As many gammatons a texel.
   for (std::size_t m : {0u, 2u}) {
     // Some 560 x 60 contacts: their count is known to a hundredth, their place on the plate is not; 5 % holds both.
     EXPECT_NEAR(estimate.outcome[0].materials[m].mean, truth[0].materials[m].mean, 0.05 * truth[0].materials[m].mean);

@@ -43,9 +43,9 @@ class LandingCounts {
   [[nodiscard]] Zone zone_of(int triangle, double b1, double b2) const;
 
   struct Item {
-    std::array<double, 3> height{};      ///< Of the corners over the edges across, mm.
-    std::array<bool, 3> is_upper{};      ///< Of the edge across from the corner.
-    std::array<double, kZones> share{};  ///< Of the area.
+    std::array<double, 3> height{};      ///< Height of the corners over the edges across, mm.
+    std::array<bool, 3> is_upper{};      ///< The edge across from the corner is the upper one.
+    std::array<double, kZones> share{};  ///< Share of the area.
     std::array<std::int64_t, kZones> hits{};
     bool counts = false;
   };

@@ -1,4 +1,4 @@
-// What gammatons leave where they end.
+// Deposits of gammatons where they end.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -55,7 +55,7 @@ TEST(MassLedger, BalancesInEveryIterationOfALife) {
       ledger.end(g, static_cast<CargoEnd>(random.below(3)), cargo);
       ledger.birth(g, MassLedger::cargo_of({0.8, 0.0, 0.1}), cargo);
     }
-    // What rules do: one quantum made, some used.
+    // Effect of rules: one quantum made, some used.
     const TexelIndex t = scene.covered[i];
     scene.atlas->writable_tile(1, TileGrid::tile_of(t))[t % 64] -= 3;
     ledger.add_rules({}, {0, 3 * scene.surface->weight(t)});

@@ -123,7 +123,7 @@ TEST(Splat, IsWhatAStepByStepWalkLeavesAlsoAcrossASeam) {
       for (std::size_t p = 1; p < parts.size(); ++p) fast[parts[p].texel] = parts[p].share;
       for (const auto& [t, share] : slow) {
         const double per_area = share / surface.weight(t), whole = share / sum * SplatShape::kWhole;
-        // What is as much as the least is left out or not, by the order of a sum.
+        // Shares as large as the least are left out or not, by the order of a sum.
         if (t == middle || std::abs(per_area - least) < 1e-9 * least) continue;
         EXPECT_NEAR(fast[t], per_area < least ? 0.0 : std::floor(whole), whole - std::floor(whole) < 1e-6 ? 1.0 : 0.0)
             << size << " from " << middle << " to " << t;

@@ -20,7 +20,7 @@ double closed_form(double r, double c, double t, double weight, double texel_mas
   return (last - carried) * -std::expm1(-c * lambda * t);
 }
 
-/// The same, by many small steps of Heun's rule.
+/// Integral by many small steps of Heun's rule.
 double integrated(double r, double c, double t, double weight, double texel_mass, double carried) {
   const double k = SurfaceAtlas::kMedianWeight / weight;
   constexpr int kSteps = 20000;

@@ -30,7 +30,7 @@ struct TransportScene {
                                                                std::uint64_t seed, std::uint32_t crowding = 1);
 /// Gammatons with up to `most` of each of three materials, in any quanta.
 [[nodiscard]] simulation::Cargo random_cargo(std::uint32_t n, double most, std::uint64_t seed);
-/// What all of them carry of a material.
+/// Mass of a material that all of them carry.
 [[nodiscard]] std::int64_t cargo_mass(const simulation::Cargo& cargo, std::size_t material);
 
 }  // namespace patinate::testing_support

@@ -54,7 +54,7 @@ void make(const fs::path& folder, const std::string& command) {
   (void)ask(folder, command, 2, {.wanted = Wanted::Whole});
 }
 
-/// What the commands read. Each works in a folder of its own, with links to these.
+/// Inputs of the commands. Each works in a folder of its own, with links to these.
 class JobPlans : public testing::TestWithParam<std::string> {
  protected:
   static void SetUpTestSuite() {
@@ -97,7 +97,8 @@ class JobPlans : public testing::TestWithParam<std::string> {
         continue;
       }
       const std::string file = entry->path().filename().string();
-      if (file == ".cache" && entry->is_directory()) entry.disable_recursion_pending();  // Of a history's analysis.
+      if (file == ".cache" && entry->is_directory())
+        entry.disable_recursion_pending();  // Cache of a history's analysis.
       if (entry->is_regular_file() && file != "run.json") made[name] = read_file(entry->path());
     }
     return made;

@@ -36,7 +36,7 @@ MemoryHistoryImages opening(int num_frames) {
   return images;
 }
 
-/// As bright as it is old, and 0.25 mm high.
+/// History as bright as it is old, and 0.25 mm high.
 MemoryHistoryImages clock_of(int num_frames) {
   MemoryHistoryImages images{.name = "rust", .frames = {}};
   for (int i = 0; i < num_frames; ++i)

@@ -29,7 +29,7 @@ struct Filter : testing_support::FilterCommand {
   std::vector<std::string> notes;
 };
 
-/// What is said about a file with this text.
+/// Complaint about a file with this text.
 std::string complaint(const std::string& toml) {
   Filter filter;
   try {

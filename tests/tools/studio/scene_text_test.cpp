@@ -17,7 +17,7 @@ using testing_support::has;
 
 constexpr double kUnit = 8.0;  ///< mm; a power of two, so that lengths lose nothing on their way.
 
-/// What a client asks for, as it happens.
+/// Event that a client asks for, as it happens.
 simulation::SceneEvent sent(const Json& event, const simulation::Scene& scene) {
   return parse_event(event_of_file(event, kUnit, 7), scene, kUnit);
 }

@@ -1,4 +1,4 @@
-// What is kept of an analysis never shows: every result is the one of an analysis that is regenerated.
+// A kept analysis never shows: every result is the one of an analysis that is regenerated.
 #include "transfer/exemplar/appearance_cache.h"
 
 #include <gtest/gtest.h>

@@ -37,7 +37,7 @@ MemoryHistoryImages noise_with(const std::string& map, const std::function<float
   return images;
 }
 
-/// Of the appearance's variance, what tells the two kinds of places apart.
+/// Share of the appearance's variance that tells the two kinds of places apart.
 double share_between(const MemoryHistory& history, double material) {
   AppearanceOptions options;
   options.spatial_radius_px = 0;

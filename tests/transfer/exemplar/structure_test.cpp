@@ -57,7 +57,7 @@ TEST(Structure, OfAGridAreItsLines) {
   }
 }
 
-// As dense as the lines of a crackle glaze, which cover 24 to 35 %.
+// Lines as dense as those of a crackle glaze, which cover 24 to 35 %.
 TEST(Structure, LinesThatCoverTooMuchAreRefusedWithTheirShare) {
   constexpr int kNarrow = 11;
   int on = 0;

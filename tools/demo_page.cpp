@@ -17,7 +17,7 @@ void add_control(HtmlPage& page, const std::string& control, const std::string& 
   page.heading("Paint that is thick " + where);
   page.picture({"pictures/control_" + control + ".png", "The control map: thick paint is white."});
   std::vector<HtmlPicture> frames;
-  for (const char* time : {"0", "22.5", "45", "67.5", "90", "120", "172.5"}) {  // As tools/demo renders them.
+  for (const char* time : {"0", "22.5", "45", "67.5", "90", "120", "172.5"}) {  // Times as tools/demo renders them.
     const std::string number = patinate::zero_padded(frames.size(), 4);
     frames.push_back({"pictures/" + control + "_" + number + ".png", std::string(time) + " s"});
   }

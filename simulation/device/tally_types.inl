@@ -2,7 +2,7 @@
 // plain numbers, the others sums of 64 bits (tally.cl).
 
 enum {
-  kNumPieces = 0,  // Number of pieces of the exchange of each phase,
+  kNumPieces = 0,  // Of the exchange of each phase,
   kNumWalks = 3,   // splats of each phase that have to be walked, and all their parts;
   kNumWalked = 6,
   kNumEndings = 9,     // gammatons whose trails are left there, after their ways and after responses.

@@ -12,7 +12,7 @@ typedef struct KernelRule {
   i32 num_makes;
   i32 num_terms;       // Uses follow the makes.
   RuleTerm terms[16];  // kMaxRuleTerms
-  u32 keys[2];         // Keys of random numbers: of (seed, rule, time).
+  u32 keys[2];         // Of random numbers: of (seed, rule, time).
 } KernelRule;
 
 // Codes of a surface's parameter in tile order, in bytes of all parameters: low + code * step. In `bytes_each` of 4

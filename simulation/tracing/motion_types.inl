@@ -84,7 +84,7 @@ typedef struct Told {
 // Numbers that all gammatons of a call share.
 typedef struct MotionFacts {
   RayFrame rays;
-  Vector box_low, box_high;  // Box low and box high of all triangles, mm, world.
+  Vector box_low, box_high;  // Of all triangles, mm, world.
   double box_diagonal;
   Vector center;   // That of TriangleFrame.
   Vector gravity;  // mm/s^2.

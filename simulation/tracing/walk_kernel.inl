@@ -8,7 +8,7 @@ PATINATE_CONSTANT(double, kSteepest, 0.70710678118654752);  // Cosine of the ste
 typedef struct Runner {
   SurfacePlace at;
   bool is_front;
-  Vector normal;    // Normal of the triangle, on the side it is on; unit.
+  Vector normal;    // Of the triangle, on the side it is on; unit.
   Vector ahead;     // Unit, tangential.
   Vector velocity;  // mm/s, tangential.
 } Runner;
@@ -30,7 +30,7 @@ typedef struct Walk {
   u32 end;
   double height;        // There, mm.
   double slope;         // By which pieces sink.
-  double least_cosine;  // Least cosine of the angle by which the surface may fall off below a piece.
+  double least_cosine;  // Of the angle by which the surface may fall off below a piece.
   // From the beginning on; the way leads from the last one straight to the end, and all pieces are free of the
   // triangles that were walked on, since there is one wherever the surface falls off by more than a piece sinks.
   WalkCorner corners[kMostCorners];

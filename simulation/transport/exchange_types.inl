@@ -3,19 +3,19 @@
 typedef struct ExchangeCall {
   u64 seed, random_key;
   double ratio, contact, contact_area;
-  double width;      // Width of a splat, in texels of median size; 0: contacts are of one texel.
+  double width;      // Of a splat, in texels of median size; 0: contacts are of one texel.
   double rates[8];   // By active material,
   u32 materials[8];  // which of all it is.
   u32 num_active;
   u32 num_materials;
   u32 random_piece;  // Which random numbers of a gammaton are used.
   u32 phase;         // Of tally_types.inl.
-  u32 num_texels;    // Number of texels of a material's plane of amounts.
+  u32 num_texels;    // Of a material's plane of amounts.
   i32 atlas_width;   // Texels.
   i32 iteration;
   u32 most_pieces;  // That there is room for.
   u32 most_walks, most_walked;
-  u32 most_links;  // Largest links of a texel.
+  u32 most_links;  // Of a texel.
   u32 num_slots;   // For tiles that a trail touches: a power of two.
   u32 maps;        // kMapHits and so on are kept;
   u32 map_of[8];   // by material: 1 + its plane among those of deposited mass; 0 = none.

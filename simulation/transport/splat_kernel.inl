@@ -9,7 +9,7 @@ namespace {
 
 using namespace ::patinate::kernel_types;
 
-constexpr i32 kMaxQuanta = 65535;    ///< Largest amount of a texel, 16 bits.
+constexpr i32 kMaxQuanta = 65535;
 constexpr double kBeyond = 65536.0;  // More than any amount.
 constexpr u32 kDealPurpose = 0xFFFFu;
 

@@ -34,7 +34,7 @@ struct HttpResponse {
 /// Request of a target, decoded.
 struct RequestTarget {
   std::string path;                          ///< "/api/texture"
-  std::map<std::string, std::string> query;  ///< Of a name that is given twice, the first.
+  std::map<std::string, std::string> query;  ///< Values by name; of a name that is given twice, the first.
 
   /// "" when it was not given.
   [[nodiscard]] std::string value(const std::string& name) const {

@@ -34,7 +34,7 @@ struct LiveOptions {
   int num_threads = 0;
   std::shared_ptr<const simulation::SimulationDevice> device = nullptr;  ///< Device of this scene alone; null: the CPU.
   double most_updates_s = 60.0;                                          ///< To one client.
-  std::filesystem::path place;     ///< What is recorded is of this one, below the served folder; "" = nothing is.
+  std::filesystem::path place;     ///< Recordings are of this place, below the served folder; "" = nothing is recorded.
   std::filesystem::path finished;  ///< A simulation folder whose end is where it begins; "" = the start of the scene.
 };
 
@@ -153,14 +153,14 @@ class LiveEngine {
   std::map<std::string, OverlayPlane> overlays_;
   std::map<int, std::unique_ptr<Client>> clients_;
   std::vector<std::byte> start_;
-  ImageU8 start_color_;        ///< What it looked like then.
+  ImageU8 start_color_;        ///< Colors at that time.
   std::deque<Moment> past_;    ///< Before strokes and returns to the start; the last one is undone first.
   std::deque<Moment> future_;  ///< Undone; the last one is redone first.
   std::optional<Stroke> stroke_;
-  std::optional<double> slider_, start_slider_;       ///< Of Figure 10, unless the behavior was set otherwise.
+  std::optional<double> slider_, start_slider_;       ///< Sliders of Figure 10, unless the behavior was set otherwise.
   std::vector<simulation::RuleAsset> fitting_rules_;  ///< Built-in ones whose materials the scene has.
   std::shared_ptr<Json> said_;                        ///< scene_json() as clients know it.
-  std::string opened_;                                ///< What a client should know of where it began.
+  std::string opened_;                                ///< Text for clients about where it began.
   std::int64_t picture_of_ = 0;  ///< Iterations behind the amounts that are shown without their gammatons: nothing can
                                  ///< resume from there. 0 = all is there.
   bool is_running_ = false;
@@ -174,7 +174,7 @@ class LiveEngine {
   double iterations_per_s_ = 0.0;
   std::unique_ptr<RecordingFile> recording_;
   std::optional<Replay> replay_;
-  bool is_resumed_ = false;         ///< What was found has been gone through.
+  bool is_resumed_ = false;         ///< The found recording has been gone through.
   bool is_keeping_ = false;         ///< There is a file of this run.
   std::uint64_t kept_version_ = 0;  ///< Kept version of the record, when it was written last.
   std::int64_t kept_iteration_ = 0;

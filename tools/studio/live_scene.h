@@ -19,7 +19,7 @@
 
 namespace patinate::studio {
 
-/// What running scenes share.
+/// State that running scenes share.
 struct LiveMeans {
   int num_threads = 0;  ///< 0 = all.
   /// Called for every scene, on its thread; empty, or where it gives null: the CPU.
@@ -59,8 +59,8 @@ class LiveScene {
   mutable std::mutex mutex_;
   std::condition_variable_any has_task_;
   std::vector<std::function<void(LiveEngine&)>> tasks_;
-  std::size_t num_task_bytes_ = 0;                       ///< Of messages that wait in them.
-  std::map<int, std::shared_ptr<WebSocketPeer>> peers_;  ///< Of all clients.
+  std::size_t num_task_bytes_ = 0;                       ///< Bytes of messages that wait in them.
+  std::map<int, std::shared_ptr<WebSocketPeer>> peers_;  ///< Connections of all clients.
   std::string problem_;                                  ///< Problem as problem().
   bool is_running_ = false;
   std::jthread thread_;  ///< Last: it uses the others.

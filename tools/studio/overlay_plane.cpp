@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kOutside = 0.02;  ///< The share of texels that lies beyond either end of a range.
 constexpr double kNarrow = 0.25;   ///< A range begins at 0 unless its low end is at least this share of its high one.
-constexpr std::size_t kBins =
-    65536;  ///< Of a histogram of roots: a value is known to a part in 10,000 down to a ten-thousandth of the most.
+constexpr std::size_t kBins = 65536;  ///< Bins of a histogram of roots: a value is known to a part in 10,000 down to a
+                                      ///< ten-thousandth of the most.
 constexpr int kDigits = 3;
 
 /// The least power of two that is not below, 1 for nothing.

@@ -13,7 +13,7 @@
 
 namespace patinate::studio {
 
-/// What colors should stand for: of the texels where there is something, 2 % lie above `high`. Three digits.
+/// Range that colors should span: of the texels where there is something, 2 % lie above `high`. Three digits.
 struct OverlayRange {
   double low = 0.0;   ///< 0, unless 98 % of those texels lie in a narrow band: then the same share lies below.
   double high = 0.0;  ///< 0: there is nothing anywhere.
@@ -31,7 +31,7 @@ class OverlayPlane {
   OverlayPlane(const std::string& name, const simulation::Simulation& simulation, const ScreenLayout& layout);
 
   [[nodiscard]] double high() const { return high_; }
-  /// Of the last measure().
+  /// Range of the last measure().
   [[nodiscard]] const OverlayRange& range() const { return range_; }
   /// @returns tiles whose bytes have changed, in order.
   [[nodiscard]] std::vector<ScreenTile> update(const simulation::Simulation& simulation);

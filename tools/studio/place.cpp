@@ -55,7 +55,7 @@ std::optional<PlaceKind> kind_of_json(const fs::path& path) {
   head.resize(in.gcount());
   if (head.find("\"patinate.scene\"") != std::string::npos) return PlaceKind::Scene;
   if (head.find("\"patinate.calibration\"") != std::string::npos) return PlaceKind::Calibration;
-  const bool is_of_folder = path.filename() == "capture.json";  // Which is the place.
+  const bool is_of_folder = path.filename() == "capture.json";  // That folder is the place.
   if (!is_of_folder && head.find("\"patinate.capture\"") != std::string::npos) return PlaceKind::Ingest;
   return std::nullopt;
 }

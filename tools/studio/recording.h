@@ -25,7 +25,7 @@ namespace patinate::studio {
 /// Tells scenes apart by all that they are made of. @throws IoError
 [[nodiscard]] std::string scene_content_key(const simulation::SceneFile& scene);
 
-/// What one file of recording_folder() says.
+/// Content of one file of recording_folder().
 struct Recording {
   std::int64_t iterations = 0;             ///< Done when it was written.
   std::shared_ptr<const Json> events;      ///< An array, as SceneRecord has them.
@@ -45,9 +45,9 @@ class RecordingFile {
   RecordingFile(const RecordingFile&) = delete;
   RecordingFile& operator=(const RecordingFile&) = delete;
 
-  /// What was there when this was made, and is of the same scene.
+  /// Recording that was there when this was made, and is of the same scene.
   [[nodiscard]] const std::optional<Recording>& found() const { return found_; }
-  /// What to tell of one that is of another: of the scene before it was changed. "" = nothing.
+  /// Text about one that is of another scene: of the scene before it was changed. "" = none.
   [[nodiscard]] const std::string& note() const { return note_; }
   /// Where the file's folder is.
   [[nodiscard]] std::filesystem::path folder() const { return path_.parent_path(); }
@@ -58,7 +58,7 @@ class RecordingFile {
   void keep(std::int64_t iterations, const Json& events, const Json& appearance, const Json& scene);
   /// There is nothing to keep any more: what was kept is put aside, or removed where another has been put aside for it.
   void put_aside();
-  /// What was found is what continues.
+  /// Continues the found recording.
   void go_on();
   /// Why nothing is kept, once; "" = it is.
   [[nodiscard]] std::string take_problem();
@@ -73,12 +73,12 @@ class RecordingFile {
   std::filesystem::path path_;
   std::string place_, key_, note_;
   std::optional<Recording> found_;
-  std::string found_file_;      ///< Which file that was.
+  std::string found_file_;      ///< Name of that file.
   bool has_put_aside_ = false;  ///< One of an earlier run, or of another program; of the writing thread.
   std::mutex mutex_;
   std::condition_variable_any has_text_;
   std::optional<std::string> waiting_;  ///< "" = there is nothing to keep.
-  std::string own_file_;                ///< Which file this has written last.
+  std::string own_file_;                ///< File that this has written last.
   std::string problem_;
   bool said_problem_ = false;
   std::jthread writer_;

@@ -63,7 +63,7 @@ struct Asked {
 /// InvalidInput, IoError, CannotComplete, and nothing was saved.
 [[nodiscard]] HttpResponse save_landmarks(const Asked& asked, const std::string& body);
 
-/// What `GET /api/place` says of a place. @throws IoError
+/// Answer of `GET /api/place` about a place. @throws IoError
 [[nodiscard]] Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const std::filesystem::path& path,
                               PlaceKind kind);
 /// Steps of an ingest, a registration or an unlit step: [{"name", "text", "pictures": [{"path", "caption"}]}].

@@ -34,7 +34,7 @@ class SceneRecord {
   /// one place is one number.
   /// @param point_of_file  [x, y, z] in the file's unit.
   void add_paint(const std::string& emitter, std::int64_t iteration, const std::array<double, 3>& point_of_file);
-  /// What has happened so far, for set_events(): cheap, and what comes later leaves it as it is.
+  /// Events so far, for set_events(): cheap, and later ones leave it as it is.
   using Events = std::vector<std::shared_ptr<Json>>;
   [[nodiscard]] Events events();
   void set_events(Events events);

@@ -16,10 +16,10 @@ class ServedFolder {
   explicit ServedFolder(const std::filesystem::path& folder);
 
   [[nodiscard]] const std::filesystem::path& path() const { return root_; }  ///< Canonical.
-  /// What exists below the folder by this name; "" and "." are the folder itself. Nothing if it is not there or lies
+  /// Path below the folder by this name; "" and "." are the folder itself. Nothing if it is not there or lies
   /// outside.
   [[nodiscard]] std::optional<std::filesystem::path> find(std::string_view name) const;
-  /// The same below `place`, which must not be left either. A place that is a file stands for its folder.
+  /// Path below `place`, which must not be left either. A place that is a file stands for its folder.
   [[nodiscard]] std::optional<std::filesystem::path> find_below(const std::filesystem::path& place,
                                                                 std::string_view name) const;
   /// Where something new may be made: its folder exists inside, is no finished result (history, transfer, simulation,

@@ -25,9 +25,9 @@ class WebSocketPeer {
   /// Closes with kRefused and as much of the reason as a close message holds.
   virtual void refuse(const std::string& why) = 0;
 };
-inline constexpr int kRefused = 4400;  ///< Of a WebSocket that is closed because what it asks for cannot be had.
+inline constexpr int kRefused = 4400;  ///< Code of a WebSocket that is closed because what it asks for cannot be had.
 
-/// What hears from it. Called from one thread; must return at once.
+/// Receiver of messages. Called from one thread; must return at once.
 class WebSocketListener {
  public:
   virtual ~WebSocketListener() = default;

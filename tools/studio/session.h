@@ -21,7 +21,7 @@ struct SessionOptions {
 /// @param asked  Its target is not looked at. @throws NotFound, InvalidInput if the place has no color over time or the
 /// file would have more than 512 MB; CannotComplete where the program was built without its client; Canceled.
 [[nodiscard]] std::string make_session(const Asked& asked, const SessionOptions& options);
-/// Of the body of a request. @throws InvalidInput
+/// JSON of the body of a request. @throws InvalidInput
 [[nodiscard]] SessionOptions parse_session_options(const std::string& body);
 
 }  // namespace patinate::studio

@@ -24,7 +24,8 @@ struct StudioOptions {
   int port = 0;
   std::vector<std::string> hosts;  ///< Names that are allowed as Host beside those of this machine.
   int num_threads = 0;             ///< Number of threads of one answer, and of a simulation; 0 = all.
-  std::function<std::shared_ptr<const simulation::SimulationDevice>()> open_device = {};  ///< As LiveMeans.
+  std::function<std::shared_ptr<const simulation::SimulationDevice>()> open_device =
+      {};  ///< Opens the device as LiveMeans does.
 };
 
 /// Thread-safe.
@@ -33,7 +34,7 @@ class Studio {
   Studio(ServedFolder folder, StudioOptions options, std::function<void()> quit);
   ~Studio();
 
-  /// What is answered without asking further: the cookie, and refusals. Status 0 = continue.
+  /// Answers that need no further question: the cookie, and refusals. Status 0 = continue.
   [[nodiscard]] HttpResponse admit(const HttpRequest& request) const;
   /// Never throws: what is wrong is an answer too.
   [[nodiscard]] HttpResponse answer(const HttpRequest& request, const std::stop_token& gone) noexcept;

@@ -185,7 +185,7 @@ TexelCurve SurfaceInTime::curve(int x, int y, const RunControl& control) const {
   }
   TexelCurve curve;
   const auto [source_x, source_y] = source_of(x, y);
-  const bool is_outside = source_x < 0.0f;  // Of the charts: no color of its own.
+  const bool is_outside = source_x < 0.0f;  // Texels outside the charts have no color of their own.
   const NearestPixel nearest = is_outside ? NearestPixel{-1, -1, {}} : nearest_pixel(source_x, source_y);
   if (transfer_) curve.source = {nearest.x, nearest.y};
   if (is_outside) return curve;

@@ -27,12 +27,12 @@ namespace patinate::studio {
 /// Values of a map and what it is called.
 struct NamedMap {
   ImageF values;     ///< H x W x C, over the place's texture.
-  double low = 0.0;  ///< What 0 and 1 of a control stand for; else [0, 1].
+  double low = 0.0;  ///< Values that 0 and 1 of a control stand for; else [0, 1].
   double high = 1.0;
   std::string unit;
 };
 
-/// What a surface shows at a time: its color; or of its material base color, glTF's occlusion, roughness and metalness,
+/// Maps of a surface at a time: its color; or of its material base color, glTF's occlusion, roughness and metalness,
 /// or the reflectance of what is no metal.
 enum class SurfaceMap { Color, Base, Orm, Reflectance };
 inline constexpr std::array<std::string_view, 4> kSurfaceMapNames{"color", "base", "orm", "reflectance"};
@@ -86,7 +86,8 @@ class SurfaceInTime {
   PlaceKind kind_;
   std::shared_ptr<const transfer::TransferReader> transfer_;
   std::shared_ptr<const HistoryReader> history_;
-  ImageF filled_coordinates_;  ///< Of a transfer: every texel has a source, gutters that of the nearest inside.
+  ImageF filled_coordinates_;  ///< Coordinates of a transfer: every texel has a source, gutters that of the nearest
+                               ///< inside.
 
   mutable std::mutex mutex_;
   mutable std::list<std::pair<int, std::shared_ptr<const ImageF>>> frames_;  ///< Last used first.

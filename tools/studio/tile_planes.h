@@ -16,7 +16,7 @@ namespace patinate::studio {
 /// Tiles row by row over ceil(width / 8) columns, unlike TileIndex, which goes by pages.
 using ScreenTile = std::uint32_t;
 
-/// Which texel of a simulation every texel of the picture shows: itself, or outside the charts the nearest inside, as
+/// Texel of a simulation that every texel of the picture shows: itself, or outside the charts the nearest inside, as
 /// in exported textures (dilate()). Memory: 4 bytes for each texel of a tile that is not whole.
 class ScreenLayout {
  public:

@@ -14,9 +14,10 @@ namespace patinate::transfer {
 
 /// In the history's folder; of no other meaning to anything that reads histories, and may be removed at any time.
 inline constexpr const char* kCacheFolder = ".cache";
-inline constexpr int kMaxKeptAppearances = 3;  ///< Of one history, for other masks and options: those used last stay.
+inline constexpr int kMaxKeptAppearances =
+    3;  ///< Most appearances kept of one history, for other masks and options: those used last stay.
 inline constexpr std::uint64_t kMaxKeptBytes = std::uint64_t{1}
-                                               << 30;  ///< Of one history, all together: about 49 million pixels.
+                                               << 30;  ///< Bytes of one history, all together: about 49 million pixels.
 
 struct CacheOptions {
   bool cache = true;  ///< No result depends on it.
@@ -32,9 +33,9 @@ void describe(OptionVisitor& v, CacheOptions& o);
 /// Where the appearance of a history with this key is kept.
 [[nodiscard]] std::filesystem::path appearance_file(const HistoryReader& history, const std::string& key);
 
-/// As build_appearance_space(), to the bit, and by it unless the same was built before. What cannot be kept (a folder
-/// that is read-only, a disk that is nearly full, a history that changes meanwhile) is not; a kept file that is
-/// damaged, or holds fewer levels, is regenerated. Never fails for either.
+/// Gives what build_appearance_space() gives, to the bit, and by it unless the same was built before. What cannot be
+/// kept (a folder that is read-only, a disk that is nearly full, a history that changes meanwhile) is not; a kept file
+/// that is damaged, or holds fewer levels, is regenerated. Never fails for either.
 /// @throws as build_appearance_space(); Canceled.
 [[nodiscard]] AppearanceSpace cached_appearance_space(const HistoryReader& history, int num_levels,
                                                       const AppearanceOptions& options = {},

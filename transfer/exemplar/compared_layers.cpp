@@ -95,7 +95,7 @@ void weigh_materials(std::vector<ComparedLayer>& layers, SampleMatrix& samples, 
       (layer.material ? variance[*layer.material] : of_color) += sum;
     }
   }
-  if (!(of_color > 0.0)) of_color = static_cast<double>(samples.rows());  // As if they varied by 1.
+  if (!(of_color > 0.0)) of_color = static_cast<double>(samples.rows());  // Counts as if they varied by 1.
   const auto num_kinds =
       static_cast<double>(std::count_if(variance.begin(), variance.end(), [](double v) { return v > 0.0; }));
   column = 0;

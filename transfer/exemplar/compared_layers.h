@@ -21,10 +21,10 @@ namespace patinate::transfer {
 struct ComparedLayer {
   std::function<ImageF()> read;  ///< H x W x num_channels.
   int num_channels = 0;
-  std::optional<std::size_t> material = {};  ///< Which kind of material map; nothing: color.
+  std::optional<std::size_t> material = {};  ///< Kind of material map; nothing: color.
   double weight = 1.0;
 
-  /// Of color the square root, so that dark differences count as the eye sees them; of others weight times the value.
+  /// Square root of color, so that dark differences count as the eye sees them; of others weight times the value.
   [[nodiscard]] double value(const ImageF& image, std::int64_t pixel, int channel) const;
 };
 

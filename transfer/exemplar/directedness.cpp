@@ -26,7 +26,8 @@ double directedness(const ImageF& lightness, const ImageU8& mask, const RunContr
                  dy = static_cast<double>(band.at(x, y + 1) - band.at(x, y - 1));
       const double squared = dx * dx + dy * dy;
       if (squared < kFlat) continue;
-      const double c = (dx * dx - dy * dy) / squared, s = 2.0 * dx * dy / squared;  // Of twice the angle.
+      const double c = (dx * dx - dy * dy) / squared,
+                   s = 2.0 * dx * dy / squared;  // Cosine and sine of twice the angle.
       weight += squared;
       double_x += squared * c, double_y += squared * s;
       fourfold_x += squared * (c * c - s * s), fourfold_y += squared * 2.0 * c * s;

@@ -16,7 +16,7 @@ inline constexpr double kDirected = 0.4;
 /// Granlund 1987]. What varies over 1 to 8 pixels counts. 0: none; 1: straight parallel lines, or a grid.
 /// @param lightness  H x W. @param mask  0 = outside; may be empty.
 [[nodiscard]] double directedness(const ImageF& lightness, const ImageU8& mask, const RunControl& control = {});
-/// Of a history's last frame; of a library, the most of its histories. @param mask  Of the history's size.
+/// Directedness of a history's last frame; of a library, the most of its histories. @param mask  Of the history's size.
 [[nodiscard]] double directedness(const History& history, const ImageU8& mask, const RunControl& control = {});
 
 }  // namespace patinate::transfer

@@ -145,7 +145,7 @@ struct FoundLines {
   double share = 0.0;      ///< Share of the pixels inside the mask that are on a line.
   double elongated = 0.0;  ///< Share of what passed the thresholds.
   double mass = 0.0;       ///< Sum of what the square fills on lines.
-  double found = 0.0;      ///< As much of them passed the thresholds, lines or not.
+  double found = 0.0;      ///< Share that passed the thresholds, lines or not.
   [[nodiscard]] bool are_long() const { return elongated >= kMinElongated && share >= kMinShare; }
   [[nodiscard]] bool are_few() const {
     const bool stands_out = thresholds.low < 0.5 * thresholds.high;

@@ -7,7 +7,7 @@
 
 namespace patinate::transfer {
 
-/// Of what a square fills, L*: of all lines, and of those that contrast most.
+/// Thresholds of what a square fills, L*: of all lines, and of those that contrast most.
 struct LineThresholds {
   double low = 0.0, high = 0.0;
 };
@@ -25,11 +25,11 @@ struct Lines {
   [[nodiscard]] bool empty() const { return all.empty(); }
 };
 
-/// What a closing (dark) or an opening (bright) of the lightness by a square fills, at the smallest of four sizes that
-/// finds most: counted as far as it goes on along the best of twelve segments of 17 px (at the smallest size; longer at
-/// the others), above Otsu's threshold [Otsu 1979], and above 0.4 of it or the noise where connected with that. There
-/// are lines where most of what is found is much longer than wide, and it covers at most an eighth of the surface, or a
-/// quarter where it stands out from the noise. Same bits for any number of threads.
+/// Lines that a closing (dark) or an opening (bright) of the lightness by a square fills, at the smallest of four sizes
+/// that finds most: counted as far as it goes on along the best of twelve segments of 17 px (at the smallest size;
+/// longer at the others), above Otsu's threshold [Otsu 1979], and above 0.4 of it or the noise where connected with
+/// that. There are lines where most of what is found is much longer than wide, and it covers at most an eighth of the
+/// surface, or a quarter where it stands out from the noise. Same bits for any number of threads.
 /// @param lightness  H x W, L*. @param mask  H x W, 0 = outside.
 [[nodiscard]] Lines find_lines(const ImageF& lightness, const ImageU8& mask, const RunControl& control = {});
 

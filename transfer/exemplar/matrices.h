@@ -10,7 +10,7 @@ class Mat;
 
 namespace patinate::transfer {
 
-/// The same memory, which must outlive the matrix and is not written to. @param image  H x W x 1.
+/// Matrix of the same memory, which must outlive it and is not written to. @param image  H x W x 1.
 [[nodiscard]] cv::Mat matrix_of(const ImageF& image);
 [[nodiscard]] cv::Mat matrix_of(const ImageU8& image);
 /// Copies. @param matrix  CV_32F, CV_8U.

@@ -9,7 +9,7 @@
 
 namespace patinate::transfer {
 
-/// What tells two materials of a picture apart best.
+/// Best division of a picture into two materials.
 struct Regions {
   ImageU8 is_second;  ///< H x W, 0 / 255; empty where there are none.
   ImageF value;       ///< H x W: smoothed colors along the axis on which they vary most, about 100 from black to white.

@@ -21,25 +21,26 @@ struct SourceStructure {
   /// distance to the nearest line: it does not saturate inside a cell, so that erasing a line costs something wherever
   /// its cells are looked at; 1 - exp(-6 D / scale_px) for all lines, which tells where they run; and for both how
   /// surely a pixel is on one. [0, 2], and [0, 1] for the last three.
-  /// Of regions: 1 -+ (1 - exp(-D / scale_px)) with D the distance to the border, below 1 in the darker and above in
+  /// For regions: 1 -+ (1 - exp(-D / scale_px)) with D the distance to the border, below 1 in the darker and above in
   /// the brighter material; the same for 6 D; and how surely a pixel is of the brighter; [0, 2] and [0, 1].
   ImageF channels;
   StructureKind kind = StructureKind::DarkLines;
   double share = 0.0;     ///< Share of the pixels inside the mask that are on a line, or of the rarer material.
   double scale_px = 0.0;  ///< About half of the largest cell, or of the largest region.
   double weight = 1.0;    ///< Weight of structure against tone, (0, 1]: lines that are rare say little about the rest.
-  double refused_line_share = 0.0;  ///< Of the pixels that look like lines but are too many; 0 where lines were found.
+  double refused_line_share =
+      0.0;                ///< Share of pixels that look like lines but are too many; 0 where lines were found.
   double contrast = 0.0;  ///< Lightness by which lines differ from what surrounds them, at the lower threshold; between
                           ///< the means of regions; L*.
 
   [[nodiscard]] bool empty() const { return channels.empty(); }
 };
-/// What transfer.json says of it; none of an empty one.
+/// Facts for transfer.json; none of an empty one.
 [[nodiscard]] std::optional<StructureFacts> facts_of(const SourceStructure& structure);
 
-/// Of a history's last frame: find_lines(), else find_regions(), or what `options.structure_map` says: a control of the
-/// history that is high on lines, or on one of two materials where that is more than a quarter. None with
-/// `options.structure` 0. Same bits for any number of threads.
+/// Structure of a history's last frame: find_lines(), else find_regions(), or what `options.structure_map` says: a
+/// control of the history that is high on lines, or on one of two materials where that is more than a quarter. None
+/// with `options.structure` 0. Same bits for any number of threads.
 /// @param mask  H x W, 0 = outside. @throws InvalidInput if there is no such control.
 [[nodiscard]] SourceStructure find_structure(const History& history, const ImageU8& mask,
                                              const AppearanceOptions& options = {}, const RunControl& control = {});

@@ -12,7 +12,7 @@ namespace patinate::transfer {
 inline constexpr const char* kSourceMaskFile = "source_mask.png";
 
 [[nodiscard]] UvLayoutRule rule_of(const TransferTask& task);
-/// Of a control: relative to the folder, with `<UDIM>` where there are tiles.
+/// File of a control: relative to the folder, with `<UDIM>` where there are tiles.
 [[nodiscard]] std::string control_file(const TransferTask& task, std::size_t index);
 
 /// The JSON Schema of transfer.json.

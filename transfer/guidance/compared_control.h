@@ -20,7 +20,7 @@ namespace patinate::transfer {
 [[nodiscard]] ImageF compared_control(const History& history, const std::string& name, const ImageU8& mask,
                                       const RunControl& control = {});
 
-/// The same of an image. @param blur_px  Set to the Gaussian's sigma; 0: none.
+/// Compared form of an image. @param blur_px  Set to the Gaussian's sigma; 0: none.
 [[nodiscard]] ImageF without_fine_texture(const ImageF& values, const ImageU8& mask, double& blur_px,
                                           const RunControl& control = {});
 

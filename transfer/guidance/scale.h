@@ -6,7 +6,7 @@
 
 namespace patinate::transfer {
 
-/// Which sizes were known.
+/// Sizes that were known.
 enum class ScaleSource {
   Known,         ///< Unit and pixel: texture keeps its true size.
   PixelAssumed,  ///< Unit only: one pixel of the history is taken to cover one texel.

@@ -17,10 +17,10 @@ struct TransferForecast {
   std::int64_t num_whole = 0;  ///< Usable pixels whose whole neighborhood is usable: only these are copied.
   double surface_mm2 = 0.0;    ///< Surface of the mesh.
   double surface_share = 0.0;  ///< The surface's area over that of the usable pixels.
-  double num_copies = 0.0;     ///< Of each pixel that is asked for, mean over the surface: surface_share, or more where
-                               ///< controls ask for some values more often than the source has them.
-  double asked_share = 1.0;    ///< Asked share of the usable pixels: those of control values that the surface asks for.
-  std::string narrowest;       ///< The control that leaves asked_share.
+  double num_copies = 0.0;   ///< Copies of each pixel that is asked for, mean over the surface: surface_share, or more
+                             ///< where controls ask for some values more often than the source has them.
+  double asked_share = 1.0;  ///< Asked share of the usable pixels: those of control values that the surface asks for.
+  std::string narrowest;     ///< The control that leaves asked_share.
 };
 /// From areas, all pixels, and up to 2^18 texels, evenly chosen.
 /// @param neighborhood_radius_px  As TransferOptions has it; 0 counts as 3, that of a source without structure.

@@ -36,7 +36,7 @@ namespace patinate::transfer {
 [[nodiscard]] ImageF library_control(const LibraryLayout& layout, std::span<const HistoryReader> readers,
                                      const LibraryControl& control);
 
-/// Which of kFrameExtraNames but stddev the library's frames have: those that frames of any
+/// Extras (kFrameExtraNames but stddev) of the library's frames: those that frames of any
 /// history have.
 [[nodiscard]] std::vector<std::string> library_extras(std::span<const HistoryReader> readers);
 /// One of them at a frame of the library, as HistoryWriter::write_frame_extra() takes it: sample_material_map() of each

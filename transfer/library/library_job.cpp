@@ -123,7 +123,8 @@ HistoryManifest manifest_of(const OpenLibrary& library, const std::string& key) 
       warning.text = source.manifest.name + ": " + warning.text;
       m.warnings.push_back(std::move(warning));
     }
-    if (source.manifest.origin != m.origin) m.origin = "synthetic";  // Of different origin: made, as a whole.
+    if (source.manifest.origin != m.origin)
+      m.origin = "synthetic";  // Histories of different origin are synthetic as a whole.
   }
   sort_warnings(m.warnings);
   m.width = layout.width;

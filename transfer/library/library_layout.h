@@ -15,7 +15,7 @@
 
 namespace patinate::transfer {
 
-/// Which moments of the histories become one time.
+/// Moments of the histories that become one time.
 enum class LibraryClock {
   Absolute,  ///< Equal times, in the unit of the first.
   Span,      ///< Equal shares of each history's own span; times are those of the first.
@@ -32,7 +32,7 @@ void describe(OptionVisitor& v, LibraryOptions& o);
 /// One of the histories that are combined.
 struct LibrarySource {
   HistoryManifest manifest;
-  std::string shown;  ///< What messages call it: its path.
+  std::string shown;  ///< Name in messages: its path.
   std::string key;    ///< Content key.
   bool is_library = false;
 };
@@ -63,7 +63,7 @@ struct LibraryLayout {
       parts;  ///< First columns are multiples of kLibraryGutter_px, and as far at least from the part before.
   std::vector<LibraryFrame> frames;      ///< At the union of all histories' times.
   std::vector<LibraryControl> controls;  ///< Without kLibraryControl.
-  std::vector<std::string> notes;        ///< What a user should know: sentences without a full stop.
+  std::vector<std::string> notes;        ///< Notes for the user: sentences without a full stop.
 };
 
 /// Between two histories: no neighborhood that is compared on the finest level crosses it, and pixels halved four times

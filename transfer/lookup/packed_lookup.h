@@ -29,7 +29,7 @@ using PackedCoordinates = Image<std::uint32_t>;
 /// Where some texels look.
 struct PlacesView {
   std::span<const std::uint32_t> pixels;  ///< Pixels as PackedCoordinates.
-  std::span<const std::uint32_t> beside;  ///< As many, pack_beside(); empty: all look at the middles of pixels.
+  std::span<const std::uint32_t> beside;  ///< Fractions by pack_beside(); empty: all look at the middles of pixels.
 
   [[nodiscard]] std::size_t size() const { return pixels.size(); }
   [[nodiscard]] PlacesView part(std::size_t begin, std::size_t size) const {
@@ -40,7 +40,7 @@ struct PlacesView {
 /// Where all texels of an image look.
 struct PackedPlaces {
   PackedCoordinates pixels;
-  Image<std::uint32_t> beside;  ///< Of the same size, pack_beside(); empty: all look at the middles of pixels.
+  Image<std::uint32_t> beside;  ///< Fractions by pack_beside(); empty: all look at the middles of pixels.
 
   [[nodiscard]] PlacesView view() const { return {pixels.values(), beside.values()}; }
   friend bool operator==(const PackedPlaces&, const PackedPlaces&) = default;
@@ -58,7 +58,7 @@ void fill_sheet(Image<std::uint32_t>& values, const Sheet& sheet);
 [[nodiscard]] PackedPlaces filled_places(const ImageF& coordinates, int source_width, int source_height,
                                          const Sheet& sheet);
 
-/// The same of rows as a file has them.
+/// Looks up rows as a file has them.
 /// @param xy  Two a texel. @param first_row,width  Where the rows stand in the file, for the message.
 /// @param beside  As many as pixels; empty: places must be middles of pixels.
 /// @returns whether a place lies beside the middle of its pixel.
@@ -76,7 +76,7 @@ void gather_packed(const ImageF& source, std::span<const std::uint32_t> indices,
 void gather_packed(const ImageU8& source, std::span<const std::uint32_t> indices, std::uint8_t outside,
                    std::span<std::uint8_t> out);
 
-/// The same between pixels (look_between()); where a place is the middle of its pixel, the pixel's own values.
+/// Looks up between pixels (look_between()); where a place is the middle of its pixel, the pixel's own values.
 void gather_packed(const ImageF& source, const PlacesView& places, float outside, std::span<float> out);
 
 /// Makes normals unit again where gather_packed() has made them between pixels. @param xyz  3 a texel.

@@ -20,7 +20,7 @@ namespace patinate::transfer {
 void pack_checked_turns(const std::filesystem::path& file, std::span<const float> angle_mirror, int first_row,
                         int width, std::span<const std::uint32_t> indices, std::span<std::uint32_t> turns);
 
-/// What pack_checked_turns() gives of a result that was written: of all texels, kNoValue outside the charts.
+/// Turns of a result that was written, by pack_checked_turns(): of all texels, kNoValue outside the charts.
 /// @param turns  Of each texel, as SourcePlace's; empty: all 0.
 [[nodiscard]] Image<std::uint32_t> packed_turns(const TexelMap& map, const FlowFrames& frames,
                                                 std::span<const std::int16_t> turns);

@@ -54,13 +54,13 @@ class TextureWriter {
 
   /// Takes rows of codes, whole ones from top to bottom.
   using TakeRows = std::function<void(std::span<const std::uint8_t> codes)>;
-  /// What a file of codes has for values, pixel by pixel: an image of the same size, of 1 to 4 channels.
+  /// Values of a file of codes, pixel by pixel: an image of the same size, of 1 to 4 channels.
   using Encode = std::function<ImageU8(const ImageF& values)>;
   /// The texels of a tile in codes. @param values  Of the history's pixels. @throws InvalidInput if they are not of the
   /// history's size.
   void gather_rows(std::size_t tile, const ImageF& values, const Encode& encode, const TakeRows& take,
                    const RunControl& control = {}) const;
-  /// The same of normals, turned, as TextureKind::Normal has them in codes.
+  /// Normals, turned, as TextureKind::Normal has them in codes.
   void normal_rows(std::size_t tile, const ImageF& normals, const TakeRows& take, const RunControl& control = {}) const;
 
  private:
@@ -71,7 +71,7 @@ class TextureWriter {
   std::vector<CoordinateStrips> tiles_;
 };
 
-/// What TransferReader::sample_tiles(times, between) and write_color() would write, byte for byte, in strips: beside
+/// Writes what TransferReader::sample_tiles(times, between) and write_color() would, byte for byte, in strips: beside
 /// the times themselves 5 bytes a texel, while gutters are filled.
 /// @param times  Over the sheet of all tiles, in the history's unit; not looked at beside the charts. Used up.
 /// @param files  One a tile. @throws as TextureWriter and gather_at_times().

@@ -83,7 +83,8 @@ ImageF TransferReader::matched_control(std::size_t index) const {
   };
   add(manifest().controls.at(index));
   for (const RecordedControl& c :
-       manifest().controls) {  // What says which history of a library applies decides how others are matched.
+       manifest()
+           .controls) {  // The control that says which history of a library applies decides how others are matched.
     if (c.source == kLibraryControl && c.source != controls[0].source) add(c);
   }
   return match_controls(history(), source_mask(), controls, coverage()).destination[0];

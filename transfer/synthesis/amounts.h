@@ -29,7 +29,7 @@ class Amounts {
   static_assert(kLooks == search_kernel::kExcessCells && kValues == search_kernel::kExcessCells);
 
   using Table = std::array<std::int64_t, kValues * kLooks>;
-  /// What a map has, or a part of one: those of all parts add up.
+  /// Counts of a map, or a part of one: those of all parts add up.
   struct Counts {
     Table has{};                     ///< Texels by value and look.
     std::vector<std::int64_t> uses;  ///< By cell of the source.
@@ -41,7 +41,7 @@ class Amounts {
 
   /// Counts what the map has. Between two calls prices stay as they are, so that order and threads do not matter.
   void measure(const DestinationLevel& destination, const PlaceMap& places, const RunControl& control);
-  /// The same in two steps.
+  /// Counts in two steps.
   [[nodiscard]] Counts count(const DestinationLevel& destination, const PlaceMap& places,
                              const RunControl& control) const;
   void set(const Counts& counts);
@@ -50,7 +50,7 @@ class Amounts {
   [[nodiscard]] std::int32_t excess(std::span<const std::uint16_t> target, std::int32_t pixel) const {
     return excess_[cell(value_of(target[0]), look_[pixel])];
   }
-  /// What a pixel's look costs texels that ask for this, in 1/256: excess() and twice all that was measured before, so
+  /// Cost of a pixel's look for texels that ask for this, in 1/256: excess() and twice all that was measured before, so
   /// that what stays wrong becomes dearer from round to round until it is right. [-8, 8]
   [[nodiscard]] std::int32_t price(std::span<const std::uint16_t> target, std::int32_t pixel) const {
     return price_[cell(value_of(target[0]), look_[pixel])];

@@ -24,7 +24,7 @@ struct OptimumAudit {
   double optimum = 0.0;                ///< Mean least cost.
   double optimal_share = 0.0;          ///< Texels for which no pixel costs less than theirs.
   std::optional<double> ratio;         ///< energy / optimum; 1 when both are 0, nothing when only the optimum is.
-  std::optional<double> median_ratio;  ///< The same texel by texel; nothing when that is infinite.
+  std::optional<double> median_ratio;  ///< Median ratio texel by texel; nothing when that is infinite.
 };
 
 /// The cost of a texel's own pixel, -1 where it has none, and the least that there is.
@@ -45,7 +45,7 @@ struct AuditedTexel {
                                                      const CoordinateMap& coordinates, std::span<const TexelId> texels,
                                                      double coherence_share, std::span<const double> control_weights,
                                                      const RunControl& control = {}, std::span<const Turn> turns = {});
-/// Of the texels of all parts, in their order. All ratios are at least 1.
+/// Audit of the texels of all parts, in their order. All ratios are at least 1.
 [[nodiscard]] OptimumAudit summary_of(std::span<const AuditedTexel> texels);
 
 /// All three for a whole atlas.

@@ -59,7 +59,7 @@ void TexelCost::visit(TexelId texel) {
 
 void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale, Turn turn) {
   visit(texel);
-  if (turn != 0) {  // What lies beside the texel lies there turned in the source.
+  if (turn != 0) {  // Neighbors of the texel lie turned in the source.
     turned_.assign(neighbors_.begin(), neighbors_.end());
     for (PixelNeighbor& n : turned_) {
       const FixedPoint p = turned({n.x, n.y}, turn);
@@ -186,7 +186,7 @@ std::array<double, 4> error_quarters(const EnergyFigures& figures) {
 /// Adds the pairs (t, right) and (t, below) of one texel.
 void count_coherent_pairs(const DestinationLevel& destination, const SourceLevel& source,
                           const CoordinateMap& coordinates, TexelId t, Turn turn, EnergyFigures& figures) {
-  // Of a pixel, or of a texel where that is more: both ends are rounded to half of one.
+  // Tolerance of a pixel, or of a texel where that is more: both ends are rounded to half of one.
   const double tolerance =
       0.99 * std::max(1.0, destination.map->median_texel_size_mm() / destination.neighbors->pixel_mm());
   const int w = destination.map->width();

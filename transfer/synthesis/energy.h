@@ -47,7 +47,7 @@ struct ControlInterval {
   std::uint16_t high = kControlSteps;
 };
 
-/// Which quarter of the neighborhood an offset lies in, as the sails of a windmill; those earlier in row order than the
+/// Quarter of the neighborhood that an offset lies in, as the sails of a windmill; those earlier in row order than the
 /// texel are quarters 0 and 3. All hold as many offsets.
 [[nodiscard]] constexpr unsigned quarter_of(const Offset& o) {
   return o.y < 0 && o.x >= 0 ? 0 : o.x > 0 ? 1 : o.y > 0 ? 2 : 3;
@@ -55,7 +55,7 @@ struct ControlInterval {
 inline constexpr unsigned kNumQuarters = 4;
 inline constexpr unsigned kAllQuarters = 15;
 
-/// What `neighborhood` and `scale` say to kernels; valid as long as they are.
+/// Parameters of `neighborhood` and `scale` for kernels; valid as long as they are.
 [[nodiscard]] search_kernel::CostTables cost_tables(const Neighborhood& neighborhood, const EnergyScale& scale);
 
 /// The cost of giving source pixels to one texel, its known neighbors held fixed.
@@ -68,9 +68,9 @@ class TexelCost {
   /// Visits it, and gathers the neighbors that have coordinates and lie within the radius, those of most weight first.
   /// O(neighborhood). @param turn  Of the pieces that are tried.
   void prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale, Turn turn = 0);
-  /// Of the whole energy. Stops early and returns something >= bound when it cannot be below `bound`.
+  /// Cost of a pixel. Stops early and returns something >= bound when it cannot be below `bound`.
   [[nodiscard]] std::int64_t total(std::int32_t source_pixel, std::int64_t bound) const;
-  /// The same of a place beside the middle of its pixel: neighbors are compared with the pixels nearest to where they
+  /// Cost of a place beside the middle of its pixel: neighbors are compared with the pixels nearest to where they
   /// lie seen from there, d_k(t) in fractions. A piece that goes on where texels are turned or stretched then costs
   /// nothing; rounding both ends apart would make every thin line in it cost, and plain ground not.
   /// @param beside_x,beside_y  In 1/256 pixel, [-128, 128].
@@ -84,10 +84,10 @@ class TexelCost {
   /// Quarters of the neighborhood whose neighbors are all known and lie where they should (d_k is offset k): bit q for
   /// quarter q.
   [[nodiscard]] unsigned whole_quarters() const;
-  /// Of the neighbors in the order of the neighborhood, kAppearanceSize values each; arbitrary outside of whole
-  /// quarters.
+  /// Appearances of the neighbors in the order of the neighborhood, kAppearanceSize values each; arbitrary outside of
+  /// whole quarters.
   void appearances(std::span<std::int16_t> out) const;
-  /// What one unit of sum_k w_k |difference_k|^2 costs, and one of the first control's difference squared.
+  /// Cost of one unit of sum_k w_k |difference_k|^2, and of one of the first control's difference squared.
   [[nodiscard]] std::int64_t coherence_scale() const { return known_.coherence_scale; }
   [[nodiscard]] std::int64_t first_control_scale() const {
     return cost_tables_.num_controls == 0 ? 0 : cost_tables_.control_scales[0];
@@ -116,9 +116,9 @@ class TexelCost {
   std::vector<std::int64_t> control_scale_;
 };
 
-/// What the report is made of, in whole numbers: figures of parts add up to those of the whole, in any order.
+/// Sums of the report, in whole numbers: figures of parts add up to those of the whole, in any order.
 struct EnergyFigures {
-  /// Of costs: 2^32 * high + low.
+  /// Sum of costs: 2^32 * high + low.
   struct Sum {
     std::int64_t high = 0, low = 0;
     void add(std::int64_t cost);
@@ -137,14 +137,14 @@ struct EnergyFigures {
   void add(const EnergyFigures& other);
   [[nodiscard]] EnergyReport report(const SourceLevel& source, double coherence_share) const;
 };
-/// What all texels of a level cost, where something else than the CPU has summed it up.
+/// Cost of all texels of a level, where something else than the CPU has summed it up.
 struct CostSums {
   EnergyFigures::Sum coherence, control;
 };
 /// Each part with the full weight, so that figures do not depend on rounding by a share.
 [[nodiscard]] EnergyScale full_scale(const SourceLevel& source, std::span<const double> control_weights);
-/// Of the texels of the level. @param turns  Of their pieces; empty: none is turned. @param sums  Of full_scale();
-/// null: they are found here.
+/// Energy of the texels of the level. @param turns  Of their pieces; empty: none is turned. @param sums  Of
+/// full_scale(); null: they are found here.
 [[nodiscard]] EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel& destination,
                                             const Neighborhood& neighborhood, const CoordinateMap& coordinates,
                                             std::span<const double> control_weights, const RunControl& control = {},

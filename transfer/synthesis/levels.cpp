@@ -154,7 +154,7 @@ void mirror_outwards(AppearanceImage& appearance, const ImageU8& mask, int radiu
   for (int y = 0; y < mask.height(); ++y) {
     for (int x = 0; x < mask.width(); ++x) {
       if (is_inside(x, y)) continue;
-      Offset nearest;  // Of length 0 where there is none.
+      Offset nearest;  // Offset of length 0 where there is none.
       int least = 2 * radius * radius + 1;
       for (int dy = -radius; dy <= radius; ++dy) {
         for (int dx = -radius; dx <= radius; ++dx) {

@@ -71,7 +71,7 @@ struct SourceLevel {
 
 /// How a source lies on the surface.
 struct SourcePlacement {
-  std::shared_ptr<const FlowFrames> frames;           ///< Which way its rows and columns run.
+  std::shared_ptr<const FlowFrames> frames;           ///< Directions of its rows and columns.
   double pixel_mm = 1.0;                              ///< Surface length of a source pixel of this level.
   double step_mm = 1.0;                               ///< Step of an offset of 1: about a pixel, and about a texel.
   std::shared_ptr<const FrameTurns> turns = nullptr;  ///< Pieces may turn against the frames; null: they follow them.

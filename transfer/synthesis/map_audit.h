@@ -16,7 +16,7 @@
 
 namespace patinate::transfer {
 
-/// What a map was to follow.
+/// Target that a map was to follow.
 struct FollowedControl {
   std::string source;  ///< Name of the history's control.
   ImageF wanted;       ///< H x W x 1, in the history's values.
@@ -31,7 +31,7 @@ struct MapToAudit {
   std::vector<FollowedControl> controls;               ///< At least one.
   std::shared_ptr<const FlowFrames> frames = nullptr;  ///< Frames as TransferInput's.
   std::vector<std::int16_t> turns = {};                ///< Turns as SourcePlace's; empty: all 0.
-  ImageU8 source_mask = {};  ///< What could be copied, instead of the history's mask; empty: that.
+  ImageU8 source_mask = {};  ///< Pixels that could be copied, instead of the history's mask; empty: that.
 };
 
 /// Measures as transfer() does: with its appearance, on the level whose pixels are as large as texels. Of an atlas of

@@ -49,7 +49,7 @@ class Improver {
   void pass(const search_kernel::Preferences& preferences, bool is_whole, std::uint32_t stream,
             const PlaceCounts& counts, PlaceMap& places, const RunControl& control);
 
-  /// What the device has of the level, after the last pass; null where there is none, or it has failed.
+  /// State of the level on the device, after the last pass; null where there is none, or it has failed.
   [[nodiscard]] std::unique_ptr<SearchDevice::Level> take_device_level() { return std::move(on_device_); }
 
  private:
@@ -94,7 +94,7 @@ class Improver {
 /// Where texels are large the control decides, where they are small the texture.
 inline constexpr double kFirstCoherence = 0.2;
 
-/// What is done with the places of a level after its passes.
+/// Refinement of a level's places after its passes.
 struct LevelRefinement {
   /// @param index  Of the level, 0 = the finest. Empty: nothing.
   std::function<void(std::size_t index, const SynthesisLevel& level, const SimilarPixels& similar, PlaceMap& places,

@@ -120,7 +120,7 @@ ProjectedNeighborhood NeighborhoodProjection::of_pixel(std::int32_t pixel) const
 ProjectedNeighborhood NeighborhoodProjection::of(std::span<const std::int16_t> appearances) const {
   const auto sum_of = [&](std::size_t value, bool is_rest) {
     const std::int16_t* row = rows_.data() + value * appearances.size();
-    std::int32_t sum = 0;  // Of a rest <= 1024 * 8 * 511^2 < 2^31.
+    std::int32_t sum = 0;  // The rest is <= 1024 * 8 * 511^2 < 2^31.
     for (std::size_t i = 0; i < appearances.size(); ++i)
       sum += window_kernel::projection_term(appearances[i], row[i], is_rest);
     return sum;

@@ -40,7 +40,7 @@ class NeighborhoodProjection {
   /// x.
   [[nodiscard]] static std::int64_t reach(std::int64_t squares) { return window_kernel::projection_reach(squares); }
   static constexpr int kUnit = window_kernel::kProjectionUnit;
-  /// As projection_term() takes them: 16 rows, each of as many values as a list of appearances has.
+  /// Rows as projection_term() takes them: 16 rows, each of as many values as a list of appearances has.
   [[nodiscard]] std::span<const std::int16_t> rows() const { return rows_; }
   static constexpr std::size_t kMaxAppearances = 120 * kAppearanceSize;  ///< Radius 5.
 

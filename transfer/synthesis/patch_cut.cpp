@@ -18,10 +18,11 @@ constexpr int kApart_px = 4;            // Candidates nearer to each other are o
 constexpr int kNumCommon = 4;           // Pieces that are in the patch already.
 constexpr std::int32_t kMaxOff = 1200;  // A rim texel that differs by more is no worse: the cut goes round it.
 constexpr std::int32_t kAmountCost =
-    200;  // Of a look that has twice its share; half or twice as much: docs/benchmarks.md.
-constexpr std::int32_t kReuseCost = 40;     // Reuse cost of a piece that is there twice as often as it should be.
-constexpr std::int32_t kNearbyCost = 300;   // Of each copy too many near by, where there is no structure that it could
-                                            // break. Chosen on copper from 40, 120, 300 and 800: docs/benchmarks.md.
+    200;  // Price of a look that has twice its share; half or twice as much: docs/benchmarks.md.
+constexpr std::int32_t kReuseCost = 40;  // Reuse cost of a piece that is there twice as often as it should be.
+constexpr std::int32_t kNearbyCost =
+    300;  // Price of each copy too many near by, where there is no structure that it could
+          // break. Chosen on copper from 40, 120, 300 and 800: docs/benchmarks.md.
 constexpr std::int32_t kNever = 1'000'000;  // Cost of a texel where nothing can be copied.
 
 FixedPoint operator-(const FixedPoint& a, const FixedPoint& b) { return {a.x - b.x, a.y - b.y}; }
@@ -208,7 +209,7 @@ std::int64_t PatchCut::lay(const SurfacePatch& patch, const PieceCenter& center)
   const std::size_t n = patch.texels.size(), m = patch.edges.size();
   std::vector<Place> laid(n);
   std::vector<std::int32_t> laid_unary(n);
-  std::vector<std::uint8_t> is_same(n);  // As it is: its pairs cost what they cost.
+  std::vector<std::uint8_t> is_same(n);  // Pairs that stay as they are cost what they cost.
   bool is_new = false;
   for (std::size_t i = 0; i < n; ++i) {
     laid[i] = place_at(task_.source, center.at(patch.texels[i].offset), sum_of(center.turn, patch.texels[i].turn));

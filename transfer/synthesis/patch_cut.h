@@ -17,7 +17,7 @@
 
 namespace patinate::transfer {
 
-/// What all patches share.
+/// Data that all patches share.
 struct CutTask {
   const SourceLevel& source;
   const DestinationLevel& destination;
@@ -82,7 +82,7 @@ class PatchCut {
   std::vector<std::int32_t> seam_cost_;   ///< By edge, of the current places.
   std::vector<std::int32_t> unary_cost_;  ///< By texel.
 
-  /// What candidates are compared at: texels of the rim, and all over the patch.
+  /// Texels that candidates are compared at: of the rim, and all over the patch.
   struct RimSample {
     FixedPoint offset;
     std::int32_t pixel = 0;

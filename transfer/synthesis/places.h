@@ -38,7 +38,7 @@ class PlaceMap {
         width_(source_width),
         shift_(31 + static_cast<int>(std::bit_width(static_cast<std::uint32_t>(source_width) - 1))),
         reciprocal_((std::uint64_t{1} << shift_) / static_cast<std::uint32_t>(source_width) + 1) {}
-  /// Of a texel that has one.
+  /// Place of a texel that has one.
   [[nodiscard]] FixedPoint point(TexelId t) const {
     const search_kernel::PlaceTables all = tables();
     const search_kernel::FixedPlace place = search_kernel::place_of_texel(&all, t);
@@ -48,7 +48,7 @@ class PlaceMap {
     const std::int32_t pixel = pixels[t];
     return pixel < 0 ? Place{} : Place{pixel, point(t), turn(t)};
   }
-  /// As results have it.
+  /// Places as results have them.
   [[nodiscard]] SourcePlace source_place(TexelId t) const {
     const auto i = static_cast<std::size_t>(t);
     return {pixels[i], beside_[2 * i], beside_[2 * i + 1], turn(t)};

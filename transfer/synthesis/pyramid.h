@@ -19,7 +19,8 @@ void check_large_enough(const History& history, const ImageU8& mask, int radius_
 [[nodiscard]] int usable_levels(const History& history, int halvings, int width, int height,
                                 const TransferOptions& options);
 
-/// What synthesis copies on level `l` of the appearance. @param first  The level that the atlas itself is matched with.
+/// Source that synthesis copies on level `l` of the appearance. @param first  The level that the atlas itself is
+/// matched with.
 [[nodiscard]] SourceLevel make_pyramid_source(const AppearanceSpace& appearance,
                                               const std::vector<ControlImage>& controls, std::size_t l,
                                               std::size_t first, const Neighborhood& neighborhood);
@@ -38,7 +39,7 @@ void append_levels(std::vector<SynthesisLevel>& levels, const AppearanceSpace& a
 
 /// A place on a halved level as the history's own pixel: the middle of what it covers.
 [[nodiscard]] std::int32_t to_full_size(std::int32_t pixel, int coarse_width, int halvings, int full_width);
-/// The same with what lies beside the middle.
+/// Keeps the fraction beside the middle, too.
 [[nodiscard]] SourcePlace to_full_size(const SourcePlace& place, int coarse_width, int halvings, int full_width);
 
 }  // namespace patinate::transfer

@@ -25,7 +25,7 @@ struct ReachKernel {
   /// where it is, distances[16 g + i] is that. @param distances  Aligned to 64 bytes.
   void (*points)(const ProjectedGroup* groups, int num_groups, const std::int16_t* query, const std::int16_t* counts,
                  std::int32_t limit, std::int32_t* distances, std::uint16_t* masks);
-  /// The same for the nearest place in each of 16 boxes. @returns the mask.
+  /// Tests the nearest place in each of 16 boxes. @returns the mask.
   std::uint16_t (*boxes)(const ProjectedBoxes* boxes, const std::int16_t* query, const std::int16_t* counts,
                          std::int32_t limit, std::int32_t* distances);
 };

@@ -18,7 +18,7 @@ constexpr int kBlock = 8;  // Texels.
 
 int num_blocks(int texels) { return (texels + kBlock - 1) / kBlock; }
 
-constexpr double kStructureWeight = 1000.0;  // What 1 of structure counts; 170 is the spread of the appearance. Lower,
+constexpr double kStructureWeight = 1000.0;  // Weight of 1 of structure; 170 is the spread of the appearance. Lower,
                                              // and lines are erased: 680 lost a tenth of them.
 constexpr double kControlUnit = 4.5;  // Found by trial on synthetic crackle, with a share of a half: twice as much
                                       // brings the control error down by a fifth, and breaks more lines.

@@ -26,9 +26,9 @@ class BlockCosts {
   BlockCosts(const DestinationLevel& destination, const TexelNeighborhood& beside, const SeamFeatures& features);
 
   [[nodiscard]] std::size_t size() const { return costs_.size(); }
-  /// Of the pairs of texels in each block.
+  /// Measures the cost of the pairs of texels in each block.
   void measure(const PlaceMap& places, const RunControl& control);
-  /// Of the 3 x 3 blocks around one.
+  /// Cost of the 3 x 3 blocks around one.
   [[nodiscard]] std::int64_t around(std::size_t block) const;
   /// A texel near the middle of a block; -1 = none.
   [[nodiscard]] TexelId texel_in(std::size_t block) const;
@@ -46,7 +46,7 @@ class BlockCosts {
 
 struct RefinementOptions {
   int num_rounds = 10;         ///< [0, 256].
-  double control_share = 0.5;  ///< What control mismatch weighs against borders; >= 0.
+  double control_share = 0.5;  ///< Weight of control mismatch against borders; >= 0.
 };
 
 /// Refines the borders of a level, round by round.
@@ -65,7 +65,7 @@ class LevelRefiner {
 
  private:
   static constexpr int kPatient = 256;
-  static constexpr std::uint8_t kBeside = 1, kMember = 2;  ///< Of a window of this round.
+  static constexpr std::uint8_t kBeside = 1, kMember = 2;  ///< Marks of a window of this round.
 
   /// A window of a round: its patch is found twice, since all patches of a large atlas at once would take more memory
   /// than everything else.

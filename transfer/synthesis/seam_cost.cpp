@@ -60,7 +60,7 @@ std::int32_t SeamFeatures::seam(const Place& first, const Place& second, const F
 ControlCost::ControlCost(const SourceLevel& source, std::span<const double> weights, double share) : source_(source) {
   double total = 0.0;
   for (double w : weights) total += w;
-  constexpr double kFree = 0.01 * kControlSteps;  // As much makes no visible difference.
+  constexpr double kFree = 0.01 * kControlSteps;  // Difference that is not visible.
   for (std::size_t c = 0; c < weights.size(); ++c) {
     for (int d = 0; d <= kControlSteps; ++d) {
       const double difference = std::max(0.0, d - kFree);

@@ -19,11 +19,11 @@
 
 namespace patinate::transfer {
 
-/// What two pixels are compared by: as many small integers each. Differences squared sum up below 2^31.
+/// Values that two pixels are compared by: as many small integers each. Differences squared sum up below 2^31.
 class SeamFeatures {
  public:
   static constexpr int kSize = 16;                ///< kAppearanceSize of the appearance, the rest of the structure.
-  static constexpr std::int32_t kOutside = 4096;  ///< What a step to where nothing can be copied counts.
+  static constexpr std::int32_t kOutside = 4096;  ///< Cost of a step to where nothing can be copied.
 
   /// @param structure  Of the level's size without its margin, up to 8 channels, in [0, 2]; empty: appearance alone.
   /// @param weight  What 1 of it counts, in units in which the appearance has a standard deviation of 170; [0, 1000].
@@ -52,7 +52,7 @@ class SeamFeatures {
   std::vector<std::int16_t> values_;  ///< kSize a pixel.
 };
 
-/// What control mismatch costs a texel, in units of V.
+/// Cost of control mismatch for a texel, in units of V.
 class ControlCost {
  public:
   /// @param weights  Of the controls; not negative. @param share  What a mismatch of the spread of a control costs,

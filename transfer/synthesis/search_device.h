@@ -16,7 +16,7 @@
 
 namespace patinate::transfer {
 
-/// What differs from pass to pass.
+/// Parameters that differ from pass to pass.
 struct DevicePass {
   search_kernel::Preferences factors;
   std::span<const std::uint8_t> reuse;   ///< By pixel; may be empty where nothing goes by it,
@@ -45,7 +45,7 @@ class SearchDevice : public device::FallibleDevice {
     /// left, and must be given that. @param changed_near  By texel: see search_kernel.inl.
     /// @throws DeviceError; what was given is then as it was. @throws Canceled within about 50 ms.
     void run(const DevicePass& pass, PlaceMap& places, std::span<std::uint8_t> changed_near, const RunControl& control);
-    /// What measure_figures() is given: of the texels of a map that passes have made, and whatever came after.
+    /// Input of measure_figures(): the texels of a map that passes have made, and whatever came after.
     /// @throws DeviceError, Canceled.
     [[nodiscard]] CostSums sum_costs(const EnergyScale& scale, const CoordinateMap& coordinates,
                                      const RunControl& control);

@@ -65,7 +65,7 @@ PATINATE_INLINE AlikePixels alike_pixels(const AlikeTables* tables, PATINATE_GLO
 typedef struct PlaceTables {
   PATINATE_GLOBAL const i32* pixels;
   PATINATE_GLOBAL const i8* beside;  // x, y of each, in 1/256 pixel.
-  i32 width;                         // Width of the source,
+  i32 width;                         // Of the source,
   i32 shift;                         // and what divides by it: pixel * reciprocal >> shift.
   u64 reciprocal;
 } PlaceTables;
@@ -260,7 +260,7 @@ typedef struct SearchNumbers {
   Preferences factors;
   i32 num_random, tolerance;
   u32 stream;
-  i32 width;    // Width of the atlas,
+  i32 width;    // Of the atlas,
   i32 columns;  // and of the set.
   i32 set, turn, is_whole;
   u32 num_items;  // Of the set; the last group may go on behind them.

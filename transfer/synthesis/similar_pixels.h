@@ -21,8 +21,8 @@ using SimilarPixels = std::vector<std::array<std::int32_t, kNumSimilar>>;
 /// chosen, are searched. Deterministic for any number of threads.
 [[nodiscard]] SimilarPixels find_similar_pixels(const SourceLevel& source, const RunControl& control = {});
 
-/// The same for the next finer level, from the coarser one's: pixel p is similar to where p's parent's similar pixels
-/// lead.
+/// Similar pixels of the next finer level, from the coarser one's: pixel p is similar to where p's parent's similar
+/// pixels lead.
 [[nodiscard]] SimilarPixels refine_similar_pixels(const SimilarPixels& coarse, const SourceLevel& coarse_source,
                                                   const SourceLevel& fine_source);
 

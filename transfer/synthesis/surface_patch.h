@@ -69,7 +69,7 @@ class PatchFinder {
   [[nodiscard]] std::int32_t known_of(TexelId texel);
   /// Valid until the next call.
   [[nodiscard]] Row& row_of(std::int32_t known);
-  /// Of the k-th beside a texel.
+  /// Row of the k-th beside a texel.
   [[nodiscard]] Turn turn_in(Row& row, std::int32_t known, std::size_t k) const {
     if (row.turns[k] == kNotAsked) row.turns[k] = frame_turn(known_[known].texel, row.neighbors[k].texel);
     return static_cast<Turn>(row.turns[k]);

@@ -26,8 +26,8 @@ namespace patinate::transfer {
 
 /// Controls as a user writes them. @throws ParseError, also for a typo in a destination.
 [[nodiscard]] std::vector<ControlSpec> parse_controls(std::span<const std::string> texts);
-/// The same beside their history: each source by its name. @throws ParseError for a control that the history does not
-/// have, or that is given twice.
+/// Pairs controls with their history: each source by its name. @throws ParseError for a control that the history does
+/// not have, or that is given twice.
 [[nodiscard]] std::vector<ControlSpec> with_sources(const History& history, std::vector<ControlSpec> specs);
 /// The controls of a transfer. @param specs  With their sources.
 /// @param make  Makes the map of a destination; called once for each, in their order.
@@ -39,12 +39,12 @@ namespace patinate::transfer {
 /// @throws InvalidInput if `given` has another size, or the two have no pixel in common.
 [[nodiscard]] ImageU8 usable_mask(const History& history, const ImageU8& given);
 
-/// What synthesis compares: a history's controls, and the destination's in their values; all in [0, 1], in the order of
-/// the pairs.
+/// Values that synthesis compares: a history's controls, and the destination's in their values; all in [0, 1], in the
+/// order of the pairs.
 struct MatchedControls {
   std::vector<ImageF> source;
   std::vector<ImageF> destination;
-  std::vector<std::size_t> asked_histories = {};  ///< Of a library: those that texels ask for by kLibraryControl.
+  std::vector<std::size_t> asked_histories = {};  ///< Histories of a library that texels ask for by kLibraryControl.
 };
 /// match_control() of every pair. Where a library's kLibraryControl is one of them, the others are matched history by
 /// history, each over the texels nearest to it: ranks and ranges are those of the history that applies.

@@ -12,8 +12,8 @@ namespace patinate::transfer {
 /// @param mask  0 = outside. @param radius_px  >= 0.
 [[nodiscard]] std::int64_t num_whole_windows(const ImageU8& mask, int radius_px);
 
-/// As few make a transfer: those of a square of twice the window's side, less one. All windows of a smaller one
-/// overlap.
+/// Least number that makes a transfer: those of a square of twice the window's side, less one. All windows of a smaller
+/// one overlap.
 [[nodiscard]] constexpr std::int64_t least_whole_windows(int radius_px) {
   return std::int64_t{2 * radius_px + 1} * (2 * radius_px + 1);
 }

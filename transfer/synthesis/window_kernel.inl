@@ -103,7 +103,7 @@ PATINATE_INLINE i64 projection_reach(i64 squares) {
 // How far a projection may be from a texel's when the pixel's cost does not exceed a bound.
 typedef struct ProjectionReach {
   i64 coherence_scale, control_scale;
-  i32 target;  // Target of the first control.
+  i32 target;  // Of the first control.
 } ProjectionReach;
 
 // coherence_scale > 0.

@@ -11,10 +11,10 @@
 
 namespace patinate::transfer {
 
-/// What a search found.
+/// Result of a search.
 struct WindowOptimum {
   std::int32_t pixel =
-      -1;  ///< Of least cost; the first in row order among equals; -1 when the window holds no usable pixel.
+      -1;  ///< Pixel of least cost; the first in row order among equals; -1 when the window holds no usable pixel.
   std::int64_t cost = 0;
 };
 

@@ -49,7 +49,7 @@ struct ArgumentInfo {
 
 struct Argument : ArgumentInfo {
   std::function<void(const std::string&)> set;             ///< Gets each value; for a flag "true" or "false".
-  std::function<std::string(const std::string&)> instead;  ///< Of a moved one: its value in the form of today.
+  std::function<std::string(const std::string&)> instead;  ///< For a moved one: its value in the form of today.
   std::vector<std::string> found;
   std::string source;  ///< Where `found` comes from, e.g. "run.toml: line 3"; "" = the command line.
 };

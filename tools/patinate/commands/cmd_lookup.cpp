@@ -100,7 +100,7 @@ transfer::TextureFile texture_file(const HistoryReader& history, const LookupCom
     return {texture.files, sample_base_color(history, texture.time, between), texture.key};
   if (command.looked_up.map == LookedUp::Map::Orm)
     return {texture.files, sample_orm(history, texture.time, between), texture.key, transfer::TextureKind::Packed};
-  const auto map = static_cast<MaterialMap>(static_cast<int>(command.looked_up.map) - 1);  // The same order.
+  const auto map = static_cast<MaterialMap>(static_cast<int>(command.looked_up.map) - 1);  // Both have the same order.
   const auto kind = map == MaterialMap::Normal                               ? transfer::TextureKind::Normal
                     : map == MaterialMap::Stddev || map == MaterialMap::Tint ? transfer::TextureKind::Color
                                                                              : transfer::TextureKind::Value;

@@ -15,7 +15,7 @@ namespace patinate::cli {
 [[nodiscard]] Facts factorization_facts(const std::filesystem::path& path);
 [[nodiscard]] Facts fit_facts(const std::filesystem::path& path);
 [[nodiscard]] Facts explanation_facts(const std::filesystem::path& path);
-/// Of a comparison, of replicates, or an evaluation.
+/// Facts of a comparison, of replicates, or an evaluation.
 [[nodiscard]] Facts report_facts(const std::filesystem::path& path);
 void check_report(const std::filesystem::path& path);
 [[nodiscard]] Facts mesh_facts(const std::filesystem::path& path);

@@ -27,8 +27,8 @@ struct DatedPhoto {
 struct FrameTimes {
   std::vector<double> times;  ///< Times of the photographs that are kept, in their order; in `unit`, from the earliest
                               ///< of all photographs on; all different.
-  std::string source;  ///< "EXIF DateTimeOriginal", "EXIF DateTimeDigitized" or "dates in file names".
-  std::string span;    ///< "2023-03-26 01:30:00 +01:00 to 2023-03-26 04:00:00 +02:00".
+  std::string source;         ///< "EXIF DateTimeOriginal", "EXIF DateTimeDigitized" or "dates in file names".
+  std::string span;           ///< "2023-03-26 01:30:00 +01:00 to 2023-03-26 04:00:00 +02:00".
   std::vector<HistoryWarning> warnings;  ///< Where sources disagree, with both values.
 };
 

@@ -58,13 +58,13 @@ struct PairSums {
       Matrix6::Zero();  ///< Sum of w J J^T, J = (m x n, n), m = the partners' middle in the target's frame.
   Matrix6 crossed = Matrix6::Zero();  ///< Information with either partner's own normal on either side, symmetrized:
                                       ///< noise of normals drops out.
-  Vec6 gradient = Vec6::Zero();      ///< Sum of w r J.
-  double weight = 0.0;               ///< Sum of w.
-  double weighted_squares = 0.0;     ///< Sum of w r^2.
-  int num_pairs = 0;                 ///< With w > 0.
-  std::array<int, 2> num_looked{};   ///< Surfels of source and target that looked for a partner,
-  std::array<int, 2> num_found{};    ///< and that found one within the gate, facing alike.
-  std::array<int, 2> num_fitting{};  ///< Number of those with a residual that counts.
+  Vec6 gradient = Vec6::Zero();       ///< Sum of w r J.
+  double weight = 0.0;                ///< Sum of w.
+  double weighted_squares = 0.0;      ///< Sum of w r^2.
+  int num_pairs = 0;                  ///< With w > 0.
+  std::array<int, 2> num_looked{};    ///< Surfels of source and target that looked for a partner,
+  std::array<int, 2> num_found{};     ///< and that found one within the gate, facing alike.
+  std::array<int, 2> num_fitting{};   ///< Number of those with a residual that counts.
   double variance =
       0.0;  ///< Sum of w (variance / num_points) of both partners: of r, were the noise that of the points.
   void add(const PairSums& other);

@@ -56,7 +56,7 @@ struct TexelEvidence {
   Eigen::Vector3d albedo = Eigen::Vector3d::Zero();  ///< That fits best without a lobe.
   std::vector<Eigen::Matrix3d> albedo_less;          ///< For each roughness: by strengths of a lobe.
   Eigen::Vector3d color = Eigen::Vector3d::Zero();   ///< Color of a matte fit: shares of red and green, and a little of
-                                                    ///< how light it is.
+                                                     ///< how light it is.
 
   /// Whether albedos would have to be below 0 beside a lobe.
   [[nodiscard]] bool is_black_beside(const Eigen::Vector3d& strength, std::size_t roughness) const {

@@ -20,7 +20,7 @@ struct MaterialOutcome {
   double full_share = 0.0;   ///< Where a texel holds no more (amount 4).
   double color_share = 0.0;  ///< Share of the color that new material covers: 95th percentile of the texels, or the
                              ///< mean where that is 0.
-  bool is_made = false;  ///< By a rule.
+  bool is_made = false;      ///< By a rule.
 };
 
 struct ObjectOutcome {

@@ -149,6 +149,7 @@ namespace {
 
 struct GradeDocument {
   ComparedSide history;
+  std::vector<SampleFact> sample;
   double edge_mm = 0.0;
   std::optional<double> unexposed_time;
   std::optional<Scribe> scribe;
@@ -160,6 +161,10 @@ struct GradeDocument {
 };
 void describe(DocumentVisitor& v, GradeDocument& d) {
   v.member({"history"}, d.history);
+  v.list({.name = "sample", .help = "What the project says of the sample."}, d.sample, [&](SampleFact& fact) {
+    v.member({"name"}, fact.name);
+    v.member({"text"}, fact.text);
+  });
   v.member({"edge_mm", "Band along the edge of the sample that was left out.", at_least(0)}, d.edge_mm);
   v.member({.name = "unexposed_time", .help = "Of what changes are measured from.", .is_nullable = true},
            d.unexposed_time);
@@ -235,6 +240,7 @@ double least_of(const GradeScale& scale, const GradedRegion& region) {
 
 void save_grade_document(const fs::path& folder, const GradeReport& report, const std::vector<std::string>& summary) {
   GradeDocument document{.history = side_of(report.series),
+                         .sample = report.series.series.facts().sample,
                          .edge_mm = report.surface.edge_mm,
                          .unexposed_time = report.surface.unexposed_time,
                          .scribe = report.surface.scribe,

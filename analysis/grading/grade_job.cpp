@@ -32,6 +32,7 @@ JobInputs grade_inputs(const GradeTask& task, const SeriesFile& series) {
     for (const double c : {s.x0, s.y0, s.x1, s.y1, s.width_mm}) text += (text.empty() ? "" : ",") + number_text(c);
     inputs.add_value("--scribe", text);
   }
+  if (!task.labels.empty()) inputs.add_file("--labels", task.labels);
   if (!task.rules.empty()) inputs.add_file("--rules", task.rules);
   if (!task.limits.empty()) inputs.add_file("--limits", task.limits);
   inputs.add_options(option_values(task.options));
@@ -67,8 +68,13 @@ JobPlan plan_grade(GradeTask task, const fs::path& output) {
   plan.parallel_items = false;
   plan.join = [task = std::move(task), series, rules, limits, key = plan.key](const fs::path& folder,
                                                                               const RunControl& control) {
-    GradedSurface surface = grade_surface(series->series, regions_of(task, series->series), task.scribe, rules->rust,
-                                          task.options, control);
+    GradedSurface surface = grade_surface(series->series,
+                                          {.regions = regions_of(task, series->series),
+                                           .scribe = task.scribe,
+                                           .rust = rules->rust,
+                                           .labels = task.labels.empty() ? ImageU8() : read_mask(task.labels),
+                                           .options = task.options},
+                                          control);
     std::vector<LimitResult> results = check_limits(*limits, surface, *rules);
     write_grade_report(folder, {.series = *series,
                                 .task = task,

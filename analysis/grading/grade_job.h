@@ -23,6 +23,7 @@ struct GradeTask {
   std::vector<std::pair<std::string, std::vector<double>>> polygons = {};  ///< Name, x and y of corners in mm.
   std::vector<std::pair<std::string, std::filesystem::path>> masks = {};   ///< Name, image: 0 = outside.
   ScribeRequest scribe = {};
+  std::filesystem::path labels = {};  ///< Image: not 0 where the last photograph shows rust; "" = none.
   std::filesystem::path rules = {};   ///< "" = standard_grade_rules().
   std::filesystem::path limits = {};  ///< "" = none.
   GradeOptions options = {};

@@ -325,6 +325,9 @@ void write_grade_report(const fs::path& folder, const GradeReport& report) {
     page.paragraph(card->title + (card->about.empty() ? "" : ": " + card->about));
     page.paragraph(credit_text(*card));
   }
+  std::vector<std::vector<std::string>> facts;
+  for (const SampleFact& fact : report.series.series.facts().sample) facts.push_back({fact.name, fact.text});
+  if (!facts.empty()) page.table({"sample", ""}, facts, true);
   for (const std::string& line : grade_lines(report))
     page.paragraph("At " + time_text(report, report.surface.times.back()) + ", " + line + ".");
   if (report.surface.edge_mm > 0.0)

@@ -29,7 +29,7 @@ struct GradeScale {
 
 /// Rule for rust.
 struct RustRule {
-  double low_hue_deg = 20, high_hue_deg = 85;  ///< Hues of CIELAB, D65.
+  double low_hue_deg = 20, high_hue_deg = 85;  ///< CIELAB, D65; around the circle, so that 350 to 370 is 350 to 10.
   double least_chroma = 14;
   double most_lightness = 62;
   double least_change = 12;    ///< CIE 1976 difference from the unexposed surface.

@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "analysis/cracks/line_mask.h"
+#include "analysis/grading/labeled_rust.h"
 #include "analysis/grading/region_figures.h"
 #include "analysis/grading/relief_marks.h"
 #include "analysis/grading/rust_map.h"
@@ -258,9 +259,9 @@ ImageU8 polygon_mask(int width, int height, double pixel_mm, const std::vector<d
   return mask;
 }
 
-GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion> regions,
-                            const ScribeRequest& requested, const RustRule& rule, const GradeOptions& options,
-                            const RunControl& control) {
+GradedSurface grade_surface(const TextureSeries& series, GradeRequest request, const RunControl& control) {
+  std::vector<GradeRegion>& regions = request.regions;
+  const GradeOptions& options = request.options;
   GradedSurface out;
   for (const FrameFacts& frame : series.facts().frames) out.times.push_back(frame.time);
   out.pixel_mm = series.pixel_mm();
@@ -274,9 +275,9 @@ GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion
     unexposed = static_cast<std::size_t>(found - out.times.begin());
   }
   const ImageF before = series.sample(out.times[unexposed]);
-  const std::optional<Scribe> scribe = scribe_of(requested, before, mask, out.pixel_mm);
+  const std::optional<Scribe> scribe = scribe_of(request.scribe, before, mask, out.pixel_mm);
   out.scribe = scribe;
-  if (scribe && !requested.given)
+  if (scribe && !request.scribe.given)
     out.notes.push_back("the scribe was found: " + scribe_text(*scribe) + " (its ends and width in mm)");
   const bool has_unexposed = out.times.size() > 1;
   if (has_unexposed) out.unexposed_time = out.times[unexposed];
@@ -293,6 +294,9 @@ GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion
   } else {
     restrict_regions(regions, mask);
   }
+  const RustRule rule = request.labels.empty() ? request.rust
+                                               : labeled_rust_rule(request.rust, has_unexposed ? before : ImageF(),
+                                                                   series.sample(out.times.back()), request.labels);
   for (const GradeRegion& region : regions) out.regions.push_back(begun(region, out.pixel_mm, rule));
 
   const RustMap map({.num_frames = static_cast<int>(out.times.size()),

@@ -92,13 +92,19 @@ struct GradedSurface {
   std::vector<std::string> notes = {};
 };
 
-/// @param regions  Empty: the whole sample less its edge.
+/// What is graded, and what counts.
+struct GradeRequest {
+  std::vector<GradeRegion> regions = {};  ///< Empty: the whole sample less its edge.
+  ScribeRequest scribe = {};
+  RustRule rust = {};
+  ImageU8 labels = {};  ///< H x W, not 0 where the last photograph shows rust; empty: `rust` says what it is.
+  GradeOptions options = {};
+};
 /// @throws InvalidInput if regions lie over each other, have equal names or another size, or hold nothing of the
-/// sample, if the edge leaves nothing, the scribe ends outside of the sample or is not found, if `forecast` is not
-/// after the last photograph, or `unexposed` is no time of a photograph.
-[[nodiscard]] GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion> regions,
-                                          const ScribeRequest& scribe, const RustRule& rust,
-                                          const GradeOptions& options, const RunControl& control = {});
+/// sample, if the edge leaves nothing, the labels have another size or mark too little, the scribe ends outside of the
+/// sample or is not found, if `forecast` is not after the last photograph, or `unexposed` is no time of a photograph.
+[[nodiscard]] GradedSurface grade_surface(const TextureSeries& series, GradeRequest request,
+                                          const RunControl& control = {});
 
 /// Mask of a polygon. @param corners_mm  x, y of three corners or more. @throws InvalidInput if it lies outside.
 [[nodiscard]] ImageU8 polygon_mask(int width, int height, double pixel_mm, const std::vector<double>& corners_mm);

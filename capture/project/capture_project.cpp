@@ -8,6 +8,7 @@
 
 #include "capture/project/capture_text.h"
 #include "capture/project/given_transforms.h"
+#include "capture/project/sample_facts.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
@@ -184,6 +185,7 @@ CaptureProject read_capture_project(const fs::path& file, const AlignOptions& al
   CaptureProject project;
   project.file = file;
   project.name = json.member("name").string();
+  project.sample = read_sample(json);
   constexpr std::array<std::string_view, 4> kTimeUnits{"s", "min", "h", "d"};
   if (json.has("time_unit")) project.time_unit = static_cast<TimeUnit>(json.member("time_unit").choice(kTimeUnits));
   if (json.has("response")) project.response = read_response(json.member("response"));

@@ -88,6 +88,7 @@ struct CaptureProject {
   [[nodiscard]] int height() const;
   /// Photographs are laid over the reference one: they are aligned, or transforms are given.
   [[nodiscard]] bool is_handheld() const;
+  std::vector<SampleFact> sample = {};
 };
 
 /// Reads and checks a project: every file is there, is an image, and has the right size; pixels are not decoded.

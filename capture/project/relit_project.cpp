@@ -7,6 +7,7 @@
 
 #include "capture/project/capture_text.h"
 #include "capture/project/given_registration.h"
+#include "capture/project/sample_facts.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/light_io.h"
@@ -202,6 +203,7 @@ RelitProject read_relit_project(const fs::path& file) {
                        .mm_per_unit = mm,
                        .camera_mm = is_camera_given ? read_camera(json.member("camera"), mm) : camera_of_photos(),
                        .is_camera_given = is_camera_given};
+  project.sample = read_sample(json);
   constexpr std::array<std::string_view, 4> kTimeUnits{"s", "min", "h", "d"};
   if (json.has("time_unit")) project.time_unit = static_cast<TimeUnit>(json.member("time_unit").choice(kTimeUnits));
   if (json.has("response")) project.response = read_response(json.member("response"));

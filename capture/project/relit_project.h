@@ -58,6 +58,7 @@ struct RelitProject {
   std::optional<ReferencePatch> patch = {};
   std::vector<RelitStep> steps = {};  ///< Strictly increasing time; excluded ones are excluded.
   std::size_t reference = 0;          ///< Into steps.
+  std::vector<SampleFact> sample = {};
 
   [[nodiscard]] int width() const { return camera_mm.parameters().width; }
   [[nodiscard]] int height() const { return camera_mm.parameters().height; }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "capture/project/sample_facts.h"
 #include "capture/registration/changed_surface.h"
 #include "capture/relit/relit_work.h"
 #include "capture/unlighting/unlight_job.h"
@@ -118,6 +119,7 @@ JobInputs inputs_of(const RelitWork& work) {
     inputs.add_value(work.step_name(i), work.step_keys[i]);
     inputs.add_value("time of " + work.step_name(i), number_text(project.steps[i].time));
   }
+  if (!project.sample.empty()) inputs.add_value("sample", sample_text(project.sample));
   inputs.add_options(option_values(work.options.registration));
   inputs.add_options(key_values(work.options.unlight));
   inputs.add_options(option_values(work.options.scan));
@@ -296,6 +298,7 @@ std::string RelitWork::step_name(std::size_t index) const {
 HistoryManifest RelitWork::manifest() const {
   HistoryManifest m;
   m.name = project.name;
+  m.sample = project.sample;
   m.origin = "captured";
   m.width = project.width();
   m.height = project.height();

@@ -215,6 +215,7 @@ PixelSize reduced_size(const CaptureProject& project, int longest) {
 HistoryManifest IngestWork::manifest() const {
   HistoryManifest m;
   m.name = project.name;
+  m.sample = project.sample;
   m.origin = "captured";
   m.width = project.width();
   m.height = project.height();

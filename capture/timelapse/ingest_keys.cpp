@@ -1,6 +1,7 @@
 #include <cstdint>
 #include <map>
 
+#include "capture/project/sample_facts.h"
 #include "capture/timelapse/align_step.h"
 #include "capture/timelapse/chart_step.h"
 #include "capture/timelapse/gloss_step.h"
@@ -88,6 +89,7 @@ JobInputs ingest_inputs(const IngestWork& work) {
     inputs.add_value(name, work.photo_keys[i]);
     inputs.add_value("time of " + name, number_text(project.frames[i].time));
   }
+  if (!project.sample.empty()) inputs.add_value("sample", sample_text(project.sample));
   for (const HistoryWarning& warning : project.time_warnings)
     inputs.add_value("times that disagree", ContentHash().add(warning_text(warning)).hex());
   if (project.mask) inputs.add_value("mask " + name_of(project, *project.mask), file_key("mask", *project.mask));

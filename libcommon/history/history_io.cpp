@@ -118,6 +118,11 @@ void describe(DocumentVisitor& v, HistoryWarning& w) {
            w.photos);
 }
 
+void describe(DocumentVisitor& v, SampleFact& s) {
+  v.member({"name", "What is said: `coating`."}, s.name);
+  v.member({"text", "Its value."}, s.text);
+}
+
 void describe(DocumentVisitor& v, HistoryManifest& m) {
   v.member({"name", "For people."}, m.name);
   auto origin = static_cast<int>(std::find(kHistoryOriginNames.begin(), kHistoryOriginNames.end(), m.origin) -
@@ -157,6 +162,11 @@ void describe(DocumentVisitor& v, HistoryManifest& m) {
                     "repeat what concerns them.",
             .presence = Presence::IfSet},
            m.warnings);
+  v.member({.name = "sample",
+            .help = "What reports say of the sample, as `capture.json` states it.",
+            .presence = Presence::IfSet,
+            .max_size = kMaxSampleFacts},
+           m.sample);
 }
 
 namespace {
@@ -211,7 +221,8 @@ HistoryFacts facts_of(const HistoryManifest& m) {
                      .has_mask = m.mask.has_value(),
                      .maps = {},
                      .parts = m.parts,
-                     .warnings = m.warnings};
+                     .warnings = m.warnings,
+                     .sample = m.sample};
   for (const HistoryFrame& f : m.frames) {
     FrameFacts frame{
         .time = f.time, .has_mask = f.mask.has_value(), .extras = {}, .is_extrapolated = f.is_extrapolated};

@@ -58,6 +58,7 @@ void write_history_files(const fs::path& folder, const History& history, const s
   if (facts.has_mask) writer.write_mask(history.read_mask());
   HistoryManifest manifest = writer.manifest();
   manifest.warnings = facts.warnings;
+  manifest.sample = facts.sample;
   for (std::size_t i = 0; i < manifest.frames.size(); ++i)
     manifest.frames[i].is_extrapolated = facts.frames[i].is_extrapolated;
   write_history_manifest(folder / kHistoryManifestFile, manifest);

@@ -98,6 +98,8 @@ void bind_grade(py::module_& module) {
                    "Masks of the surface's size by name; None: the whole sample without its edge")
           .keyword("scribe", "Literal[\"auto\"] | tuple[float, float, float, float, float] | None", "None",
                    "x0, y0, x1, y1 and width of the scratch, mm; \"auto\": it is found in the unexposed photograph")
+          .keyword("labels", "npt.ArrayLike | None", "None",
+                   "H x W, not 0 where rust is marked on the last photograph; its color then counts as rust")
           .keyword("rules", "str | os.PathLike[str] | None", "None", "A file in place of the built-in scales")
           .options<analysis::GradeOptions>()
           .runs()
@@ -111,16 +113,20 @@ void bind_grade(py::module_& module) {
         analysis::GradeOptions options;
         const std::vector<analysis::GradeRegion> regions = regions_from(keywords.object("regions"));
         const analysis::ScribeRequest scribe = scribe_from(keywords.object("scribe"));
-        const py::object file = keywords.object("rules");
+        const py::object labels = keywords.object("labels"), file = keywords.object("rules");
         keywords.read(options);
         const RunArguments run = keywords.run();
         keywords.finish();
         const analysis::GradeRules rules =
             file.is_none() ? analysis::standard_grade_rules() : analysis::read_grade_rules(path_from(file));
         const analysis::TextureSeries series = series_from("grade", "surface", surface);
-        const analysis::GradedSurface graded = result_of(run, [=](const RunControl& control) {
-          return analysis::grade_surface(series, regions, scribe, rules.rust, options, control);
-        });
+        const analysis::GradeRequest request{.regions = regions,
+                                             .scribe = scribe,
+                                             .rust = rules.rust,
+                                             .labels = labels.is_none() ? ImageU8() : mask_from(labels, "labels"),
+                                             .options = options};
+        const analysis::GradedSurface graded = result_of(
+            run, [=](const RunControl& control) { return analysis::grade_surface(series, request, control); });
         py::dict out;
         for (const analysis::GradedRegion& region : graded.regions) {
           py::dict dict;

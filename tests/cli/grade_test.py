@@ -60,6 +60,22 @@ class Grade(CommandCase):
         self.assertEqual({row["region"] for row in rows}, {"sample"})
         self.assertIn("Ri", self.succeeds("info", "report"))
 
+    def test_the_report_says_what_the_project_says_of_the_sample(self):
+        shutil.copytree(self.made / "photos", self.folder / "photos")
+        sample = {"coating": "epoxy, 120 um", "exposure": "ISO 9227 NSS", "panel": 17}
+        self.edit_json(self.folder / "photos/capture.json", lambda capture: capture.update(sample=sample))
+        self.succeeds("ingest", "photos/capture.json", "-o", "panel")
+        self.succeeds("validate", "panel")
+        self.succeeds("grade", "panel", "--edge-mm", "2", "-o", "report")
+        report = json.loads((self.folder / "report/report.json").read_text())
+        self.assertEqual({f["name"]: f["text"] for f in report["sample"]}, {"coating": "epoxy, 120 um", "exposure": "ISO 9227 NSS", "panel": "17"})
+        self.assertIn("epoxy, 120 um", (self.folder / "report/report.html").read_text())
+        # It goes along when a history is made from another one, and a new statement is noticed.
+        self.succeeds("history", "trim", "panel", "--until", "300", "-o", "part")
+        self.assertEqual(json.loads((self.folder / "part/history.json").read_text())["sample"][0]["text"], "epoxy, 120 um")
+        self.edit_json(self.folder / "photos/capture.json", lambda capture: capture.update(sample={"coating": ["epoxy"]}))
+        self.fails(INPUT, "/sample/coating", "ingest", "photos/capture.json", "-o", "other")
+
     def test_the_scribe_is_found(self):
         self.succeeds("grade", self.panel, "--edge-mm", "2", "--scribe", "auto", "-o", "report")
         report = json.loads((self.folder / "report/report.json").read_text())

@@ -38,6 +38,7 @@ std::string grade_command(const analysis::GradeTask& task, const std::vector<std
   std::string text = "patinate grade " + app::input_word(task.history);
   for (const std::string& region : regions) text += " --region " + app::shell_word(region);
   if (!scribe.empty()) text += " --scribe " + scribe;
+  if (!task.labels.empty()) text += " --labels " + app::input_word(task.labels);
   if (!task.rules.empty()) text += " --rules " + app::input_word(task.rules);
   if (!task.limits.empty()) text += " --limits " + app::input_word(task.limits);
   return text + app::changed_options(option_values(task.options), option_values(analysis::GradeOptions{})) +
@@ -73,6 +74,9 @@ int cmd_grade(CommandRun& run) {
   run.line.option("scribe", "X0,Y0,X1,Y1,WIDTH",
                   "The scratch from which creep is measured, in mm; auto: it is found in the unexposed photograph",
                   scribe);
+  run.line.option("labels", "FILE",
+                  "Image of the last photograph's size on which rust is marked: not 0; its color then counts as rust",
+                  task.labels);
   run.line.option("limits", "FILE", "Limits to keep to, one a line, such as `Ri <= 2 at 480 h`", task.limits);
   run.line.option("rules", "FILE", "Scales of standards and what counts as rust, in place of the built-in ones",
                   task.rules);

@@ -58,6 +58,7 @@ struct HistoryManifest {
   std::string key;
   std::vector<LibraryPart> parts = {};        ///< Of a library.
   std::vector<HistoryWarning> warnings = {};  ///< The worst first.
+  std::vector<SampleFact> sample = {};
 };
 /// The facts of a history without its files.
 [[nodiscard]] HistoryFacts facts_of(const HistoryManifest& manifest);

@@ -92,6 +92,15 @@ struct HistoryWarning {
 void sort_warnings(std::vector<HistoryWarning>& warnings);
 
 /// All that is known of a history before a pixel is looked at.
+/// Something that reports say of the sample: what it is, and a value as text.
+struct SampleFact {
+  std::string name;  ///< "coating"
+  std::string text;  ///< "epoxy, 120 um"
+
+  friend bool operator==(const SampleFact&, const SampleFact&) = default;
+};
+inline constexpr std::size_t kMaxSampleFacts = 50;
+
 struct HistoryFacts {
   std::string name;
   std::string origin = "captured";  ///< One of kHistoryOriginNames.
@@ -105,6 +114,7 @@ struct HistoryFacts {
   std::vector<std::string> maps;   ///< In the order of kHistoryMapNames.
   std::vector<LibraryPart> parts;  ///< From left to right, apart from each other; empty: the history is no library.
   std::vector<HistoryWarning> warnings = {};  ///< The worst first.
+  std::vector<SampleFact> sample = {};
 
   friend bool operator==(const HistoryFacts&, const HistoryFacts&) = default;
 };

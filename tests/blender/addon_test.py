@@ -264,6 +264,30 @@ print("SAID", json.dumps([list(result), "aged" in bpy.data.objects]))
         self.assertEqual(said, [["FINISHED"], True])
         self.assertTrue(next(self.folder.glob("patinate_textures/aged-*/aged.textures")).is_dir())
 
+    def test_the_import_dialog_has_images_scale_and_frames(self):
+        said = self.blender(f"""
+import os
+os.environ["PATH"] = {str(pathlib.Path(PATINATE).parent)!r} + ":" + os.environ["PATH"]
+patinate_blender.register()
+shown = [p.name for p in bpy.ops.import_scene.patinate.get_rna_type().properties if not p.is_hidden and p.identifier not in ("rna_type", "filepath")]
+bpy.ops.import_scene.patinate(filepath={str(self.shared / "aged/transfer.json")!r}, num_times=2)
+bpy.ops.import_scene.patinate(filepath={str(self.shared / "aged/transfer.json")!r}, num_times=3, scale=50, frame_start=10, frame_end=40)
+plain, asked = bpy.data.objects["aged"], bpy.data.objects["aged.001"]
+def frames(thing):
+    return [int(key.co[0]) for curve in thing.animation_data.action.fcurves for key in curve.keyframe_points]
+try:
+    backwards = list(bpy.ops.import_scene.patinate(filepath={str(self.shared / "aged/transfer.json")!r}, frame_start=10, frame_end=10))
+except RuntimeError as error:
+    backwards = str(error)
+print("SAID", json.dumps([shown, frames(plain), frames(asked), asked.scale[0] / plain.scale[0], asked["patinate_images"], backwards, len(bpy.data.objects)]))
+""")
+        self.assertEqual(said[0], ["Images", "Scale", "First frame", "Last frame"])
+        self.assertEqual(said[1:3], [[1, 25], [10, 40]])
+        self.assertAlmostEqual(said[3], 50, places=4)
+        self.assertEqual(said[4], 3)
+        self.assertIn("the last frame is 10; expected one after the first, 10", said[5])
+        self.assertEqual(said[6], 2)
+
     def test_the_obj_is_read_by_blenders_importer(self):
         self.succeeds("export", self.shared / "aged", "-o", "urn.obj")
         said = self.blender("""

@@ -297,8 +297,12 @@ def load(path, program=None, num_times=24, frame_start=None, frame_end=None, cac
     @returns the object, or the empty that holds several; its property `patinate_time` is what the materials follow.
     @throws Failure
     """
-    described, folder, cache = read(path, program, num_times, cache)
     scene = bpy.context.scene
+    frame_start = scene.frame_start if frame_start is None else frame_start
+    frame_end = scene.frame_end if frame_end is None else frame_end
+    if frame_end <= frame_start:
+        raise Failure(f"the last frame is {frame_end}; expected one after the first, {frame_start}")
+    described, folder, cache = read(path, program, num_times, cache)
     thing = [bpy.data.objects.new(folder.name if len(described.meshes) == 1 else mesh["name"], bpy.data.meshes.new(mesh["name"])) for mesh in described.meshes]
     owner = thing[0] if len(thing) == 1 else bpy.data.objects.new(folder.name, None)
     owner.rotation_euler = (numpy.pi / 2, 0, 0)  # Up is y there, z here.
@@ -311,7 +315,7 @@ def load(path, program=None, num_times=24, frame_start=None, frame_end=None, cac
     for part in dict.fromkeys([owner, *thing]):
         scene.collection.objects.link(part)
     times = described.times
-    for frame, time in ((scene.frame_start if frame_start is None else frame_start, times[0]), (scene.frame_end if frame_end is None else frame_end, times[-1])):
+    for frame, time in ((frame_start, times[0]), (frame_end, times[-1])):
         owner["patinate_time"] = float(time)
         owner.keyframe_insert('["patinate_time"]', frame=frame)
     for curve in owner.animation_data.action.fcurves:
@@ -379,10 +383,20 @@ class ImportAging(bpy.types.Operator, ImportHelper):
     filename_ext = ".json"
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
     num_times: IntProperty(name="Images", description="Over its span; between them they are blended", default=24, min=1, max=9999)
+    scale: FloatProperty(name="Scale", description="Size in the scene over true size; 0: true size, but a history becomes 1 m long", default=0, min=0, max=1e6)
+    frame_start: IntProperty(name="First frame", description="Frame of the scene at the first time", options={"SKIP_SAVE"})
+    frame_end: IntProperty(name="Last frame", description="Frame of the scene at the last time", options={"SKIP_SAVE"})
+
+    def invoke(self, context, event):
+        for name in ("frame_start", "frame_end"):
+            if not self.properties.is_property_set(name):
+                setattr(self, name, getattr(context.scene, name))
+        return ImportHelper.invoke(self, context, event)
 
     def execute(self, _context):
+        frames = {name: getattr(self, name) for name in ("frame_start", "frame_end") if self.properties.is_property_set(name)}
         try:
-            load(self.filepath, num_times=self.num_times)
+            load(self.filepath, num_times=self.num_times, scale=self.scale or None, **frames)
         except Failure as failure:
             self.report({"ERROR"}, str(failure))
             return {"CANCELLED"}

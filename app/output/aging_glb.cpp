@@ -12,6 +12,7 @@
 #include "app/output/simulated_maps.h"
 #include "app/request/path_kind.h"
 #include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
 #include "patinate/atlas/sheet.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history_sampling.h"
@@ -206,6 +207,13 @@ void add_relief_of(const std::shared_ptr<TiledMaps>& maps, std::vector<GlbAppear
   }
 }
 
+/// Of a model whose size nobody has said. @param mesh  In mm.
+std::string assumed_unit_text(double mm_per_unit, const Mesh& mesh) {
+  return "the mesh file states no length unit, so its unit is taken as " + short_number_text(rounded(mm_per_unit, 2)) +
+         " mm, as in the transfer: the model is " + short_number_text(rounded(bounding_box(mesh).diagonal(), 2)) +
+         " mm from corner to corner; state the unit when you make the transfer";
+}
+
 AgingGlb glb_of_transfer(const std::filesystem::path& path) {
   const auto transfer = std::make_shared<const transfer::TransferFolder>(path);
   const AtlasMesh atlas = transfer->read_atlas();
@@ -215,8 +223,8 @@ AgingGlb glb_of_transfer(const std::filesystem::path& path) {
   out.history = transfer->history().manifest();
   out.tiles = {transfer->sheet().names, atlas.triangle_tile};
   out.mesh = unit_square_mesh(atlas);
-  out.meters_per_unit = transfer::meters_per_unit(m);
-  out.own_per_unit = 1.0 / m.mm_per_mesh_unit;
+  out.own_per_mm = 1.0 / m.mm_per_mesh_unit;
+  if (!m.unit) out.notes.push_back(assumed_unit_text(m.mm_per_mesh_unit, out.mesh));
   out.appearance = [transfer](const auto& times, const auto& labels, const RunControl& control) {
     return appearances_of_transfer(transfer, times, labels, control);
   };
@@ -244,9 +252,7 @@ AgingGlb glb_of_simulation(const std::filesystem::path& path, const OutputDevice
   const auto history = std::make_shared<const HistoryReader>(manifest_folder(path, "simulation.json") / "history");
   const std::vector<MaterialMap> maps = material_maps(history->facts());
   const auto has = [maps](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
-  AgingGlb out{
-      mesh->key, mesh->history, {mesh->tile_names, mesh->triangle_tile}, mesh->unit_mesh, mesh->meters_per_unit, {},
-      {}};
+  AgingGlb out{mesh->key, mesh->history, {mesh->tile_names, mesh->triangle_tile}, mesh->unit_mesh, {}, {}};
   if (out.mesh.surfaces.size() > 1) {
     for (const Mesh::Surface& surface : out.mesh.surfaces) out.objects.names.push_back(surface.node);
     out.objects.triangle_object = out.mesh.triangle_surface;

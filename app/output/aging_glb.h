@@ -20,8 +20,7 @@ struct AgingGlb {
   std::string key;          ///< Content key of all that its appearance depends on.
   HistoryManifest history;  ///< Its times.
   GlbTiles tiles;
-  Mesh mesh;  ///< UVs of every tile in the unit square.
-  double meters_per_unit = 0.001;
+  Mesh mesh;                ///< In mm, with UVs of every tile in the unit square.
   GlbObjects objects = {};  ///< Those of a simulation, where there are several.
   /// A look for each time, with normals and gloss where the history's frames have them. @param labels  Their names.
   std::function<std::vector<GlbAppearance>(const std::vector<double>& times, const std::vector<std::string>& labels,
@@ -32,7 +31,8 @@ struct AgingGlb {
   std::function<void(std::vector<GlbAppearance>& appearance, const std::vector<double>& times,
                      const RunControl& control)>
       add_relief = {};
-  double own_per_unit = 1.0;  ///< Lengths in the file that the mesh was read from: a transfer's are scaled.
+  double own_per_mm = 1.0;              ///< Lengths in the file that the mesh was read from: a transfer's are scaled.
+  std::vector<std::string> notes = {};  ///< What is to be known of a model with a size.
 };
 
 /// @param path  A transfer or a simulation. @param devices  That compose. @throws IoError

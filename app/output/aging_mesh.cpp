@@ -17,13 +17,13 @@ namespace {
 
 /// Color and all other maps of the surface at a time; empty if the history has none that pictures show.
 std::function<SurfaceMaps(double time, const RunControl& control)> surface_maps_of(
-    const std::shared_ptr<const transfer::AgedMesh>& aged, double mm_per_unit) {
+    const std::shared_ptr<const transfer::AgedMesh>& aged) {
   const std::vector<MaterialMap> maps = material_maps(aged->shown->facts());
   const auto has = [maps](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
   if (!has(MaterialMap::Normal) && !has(MaterialMap::Roughness) && !has(MaterialMap::Specular) &&
       !has(MaterialMap::Height) && !has(MaterialMap::Metalness))
     return {};
-  return [aged, has, mm_per_unit](double time, const RunControl& control) {
+  return [aged, has](double time, const RunControl& control) {
     const History& history = *aged->shown;
     SurfaceMaps surface{.color = aged->gather_sheet(sample_base_color(history, time, Between::Blend), control)};
     const auto sample = [&](MaterialMap map, ImageF& into) {
@@ -38,7 +38,6 @@ std::function<SurfaceMaps(double time, const RunControl& control)> surface_maps_
     }
     sample(MaterialMap::Metalness, surface.metalness);
     sample(MaterialMap::Height, surface.height);
-    for (float& h : surface.height.values()) h = static_cast<float>(static_cast<double>(h) / mm_per_unit);
     return surface;
   };
 }
@@ -59,7 +58,6 @@ AgingMesh reduced_mesh_of_transfer(const std::shared_ptr<const transfer::Transfe
   const Sheet reduced = reduced_sheet(transfer->sheet(), most);
   mesh.mesh = sheet_mesh(atlas, reduced);
   mesh.unit_mesh = unit_square_mesh(atlas);
-  mesh.meters_per_unit = transfer::meters_per_unit(m);
   mesh.is_reduced = true;
   const auto made = std::make_shared<std::unique_ptr<const ReducedTransfer>>();  // For the first picture.
   mesh.sample = [transfer, most, made](double time, const RunControl& control) {
@@ -103,7 +101,6 @@ AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged) {
     mesh.tile_names = aged->sheet().names;
     mesh.triangle_tile = aged->folder->atlas().triangle_tile;
     mesh.unit_mesh = unit_square_mesh(aged->folder->atlas());
-    mesh.meters_per_unit = transfer::meters_per_unit(m);
   } else {
     const HistoryFacts& facts = aged->history->facts();
     mesh.history.name = facts.name;
@@ -114,7 +111,7 @@ AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged) {
     mesh.unit_mesh = aged->mesh;
   }
   mesh.sample = [aged](double time, const RunControl& control) { return aged->texture(time, Between::Blend, control); };
-  mesh.maps = surface_maps_of(aged, 1000.0 * mesh.meters_per_unit);
+  mesh.maps = surface_maps_of(aged);
   return mesh;
 }
 

@@ -29,12 +29,11 @@ struct AgingMesh {
   HistoryManifest history;  ///< Its times.
   std::vector<std::string> tile_names;
   std::vector<int> triangle_tile;  ///< Empty when there is one tile.
-  Mesh mesh;                       ///< UVs over the sheet of all tiles.
+  Mesh mesh;                       ///< In mm, with UVs over the sheet of all tiles.
   Mesh unit_mesh;                  ///< UVs of every tile in the unit square.
-  double meters_per_unit = 0.001;
   /// Its texture over the sheet at a time: linear RGB, gutters filled.
   std::function<ImageF(double time, const RunControl& control)> sample;
-  /// Color and all else that is known of its surface from `maps_from` on, over the sheet; heights in the mesh's unit.
+  /// Color and all else that is known of its surface from `maps_from` on, over the sheet; heights in mm.
   /// Nothing when only color is known.
   std::function<SurfaceMaps(double time, const RunControl& control)> maps;
   bool is_reduced = false;                                      ///< `sample` shows means of several texels.

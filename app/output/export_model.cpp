@@ -61,13 +61,13 @@ void stand_up(Mesh& mesh) {
 /// An OBJ has no unit: it fits over the file that was aged.
 Mesh in_own_unit(const AgingGlb& model) {
   Mesh mesh = model.mesh;
-  scale_mesh(mesh, model.own_per_unit);
+  scale_mesh(mesh, model.own_per_mm);
   return mesh;
 }
 
 GlbAppearance in_own_unit(GlbAppearance look, const AgingGlb& model) {
   for (auto& heights : look.heights) {
-    heights = [heights, factor = static_cast<float>(model.own_per_unit)] {
+    heights = [heights, factor = static_cast<float>(model.own_per_mm)] {
       ImageF scaled = heights();
       for (float& height : scaled.values()) height *= factor;
       return scaled;
@@ -94,17 +94,12 @@ void write_model(const ModelToWrite& what, const RunControl& control) {
   const RunControl writing = control.part(0.1, 1.0);
   const std::string name = what.output.stem().string();
   if (what.format == ModelFormat::Glb) {
-    const GlbOptions options{.name = name,
-                             .meters_per_unit = model.meters_per_unit,
-                             .key = what.key,
-                             .objects = model.objects,
-                             .credits = what.credits};
+    const GlbOptions options{.name = name, .key = what.key, .objects = model.objects, .credits = what.credits};
     return write_glb(what.output, model.mesh, model.tiles, appearance, options, writing);
   }
   if (model.add_relief) model.add_relief(appearance, what.times, control);
   if (what.format == ModelFormat::Usd) {
     const UsdOptions options{.name = name,
-                             .meters_per_unit = model.meters_per_unit,
                              .time_unit = time_unit_text(model.history.time_unit),
                              .key = what.key,
                              .objects = model.objects,
@@ -136,10 +131,11 @@ OutputWork model_work(const ExportTask& task, ModelFormat format) {
                                                                 .up = task.axis.up});
   if (what->up == UpAxis::Z) stand_up(what->model.mesh);
   std::vector<std::string> notes;
+  if (format != ModelFormat::Obj) notes = what->model.notes;
   what->times = task.times.resolve(what->model.history, format == ModelFormat::Obj ? 1 : kModelTimes, notes);
   if (format == ModelFormat::Obj && what->times.size() > 1)
     throw UsageError("-o: an OBJ shows one time; give one --time, or .usda, .usdz or .glb");
-  constexpr std::array<std::string_view, 3> kStages{"export glb 5", "export usd 5", "export obj 4"};
+  constexpr std::array<std::string_view, 3> kStages{"export glb 6", "export usd 6", "export obj 4"};
   ContentHash hash;
   hash.add(kStages[static_cast<std::size_t>(format)]).add(what->model.key);
   if (what->up == UpAxis::Z) hash.add("up z");

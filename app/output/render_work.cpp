@@ -109,7 +109,7 @@ ContentHash begin_key(const RenderTask& task, const std::vector<double>& times) 
 
 /// Adds what decides where all maps of a surface are shown.
 void add_surface(ContentHash& hash, const RenderTask& task) {
-  hash.add("surface 1").add(task.shown.film);
+  hash.add("surface 2").add(task.shown.film);
   for (const auto& [name, value] : option_values(task.surface)) hash.add(name).add(value);
   if (!task.environment.empty()) hash.add("environment").add_file(task.environment);
 }

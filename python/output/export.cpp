@@ -1,16 +1,18 @@
 #include <filesystem>
 #include <memory>
-#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "app/output/export_work.h"
 #include "app/request/history_library.h"
-#include "patinate/core/error.h"
+#include "patinate/history/history.h"
 #include "python/bindings.h"
 #include "python/history/py_history.h"
 #include "python/output/keywords.h"
 #include "python/support/arrays.h"
 #include "python/support/device_keyword.h"
+#include "python/support/errors.h"
 #include "python/transfer/py_transfer.h"
 
 namespace patinate::python {
@@ -33,26 +35,29 @@ void describe(OptionVisitor& v, ExportKeywords& o) {
 }  // namespace
 
 Subject subject_from(const std::string& function, const py::object& given) {
-  if (py::isinstance<PyAged>(given)) {
-    const auto& aged = py::cast<const PyAged&>(given);
-    return {.folder = aged.path, .aged = aged.path.empty() ? aged.value : nullptr};
-  }
-  if (py::isinstance<PyHistory>(given)) {
-    const std::filesystem::path folder = folder_of(py::cast<const PyHistory&>(given));
-    if (folder.empty()) throw InvalidInput("subject: the history is in memory only; save() it, and give its folder");
-    return {.folder = folder};
-  }
-  if (!py::isinstance<py::str>(given) && !py::hasattr(given, "__fspath__"))
-    wrong_type(function, "subject", given, "an AgedMesh, a History or a path");
-  return {.folder = path_from(given)};
+  if (!py::isinstance<PyAged>(given))
+    return {.given = given_history(function, "subject", given, "an AgedMesh, a History or a path")};
+  const auto& aged = py::cast<const PyAged&>(given);
+  return {.given = {.path = aged.path}, .aged = aged.path.empty() ? aged.value : nullptr};
 }
 
-std::filesystem::path place_of(const Subject& subject, std::optional<TemporaryFolder>& room,
-                               const RunControl& control) {
-  if (!subject.aged) return app::library_place(subject.folder);
-  room.emplace(std::filesystem::temp_directory_path(), "patinate_subject");
-  subject.aged->save(room->path() / "aged", {}, control.part(0.0, 0.0));
-  return room->path() / "aged";
+std::filesystem::path place_of(const Subject& subject, Rooms& rooms, const RunControl& control) {
+  if (!subject.aged) {
+    return subject.given.memory ? place_of(subject.given, rooms, control) : app::library_place(subject.given.path);
+  }
+  const std::filesystem::path folder =
+      rooms.emplace_back(std::filesystem::temp_directory_path(), "patinate_subject").path() / "aged";
+  const RunControl silent = control.part(0.0, 0.0);
+  const PyHistory history{subject.aged->history};
+  if (!folder_of(history).empty()) {
+    subject.aged->save(folder, {}, silent);
+    return folder;
+  }
+  transfer::AgedMesh of_folder = *subject.aged;
+  of_folder.history = std::make_shared<const HistoryReader>(
+      place_of(GivenHistory{.path = "", .memory = history.value}, rooms, control));
+  of_folder.save(folder, {}, silent);
+  return folder;
 }
 
 FunctionText& times_text(FunctionText& text) {
@@ -92,7 +97,7 @@ void bind_export(py::module_& module) {
     ExportKeywords options;
     keywords.read(options);
     const Subject given = subject_from("export", subject);
-    app::ExportTask task{.subject = given.folder,
+    app::ExportTask task{.subject = {},
                          .output = path_from(output),
                          .times = times_from(keywords),
                          .format = options.format,
@@ -103,13 +108,16 @@ void bind_export(py::module_& module) {
     const bool force = keywords.flag("force", false);
     const RunArguments run = keywords.run();
     keywords.finish();
-    run_interruptibly(run, [=](const RunControl& control) mutable {
-      std::optional<TemporaryFolder> room;
-      task.subject = place_of(given, room, control);
+    const std::vector<std::string> notes = result_of(run, [=](const RunControl& control) mutable {
+      Rooms rooms;
+      task.subject = place_of(given, rooms, control);
       task.devices = app::output_devices(device.options(), device.words());
-      app::make_output(app::export_work(task, control), force, control);
+      const app::OutputWork work = app::export_work(task, control);
+      app::make_output(work, force, control);
+      return work.notes;
     });
     device.warn();
+    warn_of(notes);
   });
 }
 

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "app/request/times_choice.h"
-#include "libcommon/core/temporary_file.h"
 #include "patinate/transfer/age.h"
+#include "python/history/given_history.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
 
@@ -19,15 +19,14 @@ namespace patinate::python {
 FunctionText& times_text(FunctionText& text);
 [[nodiscard]] app::TimesChoice times_from(Keywords& keywords);
 
-/// Subject of a picture or a model: a folder, or what is in memory.
+/// What becomes a picture or a model: a folder, or what is in memory only.
 struct Subject {
-  std::filesystem::path folder;
-  std::shared_ptr<const transfer::AgedMesh> aged = nullptr;  ///< In memory only.
+  GivenHistory given = {};  ///< Any folder, not of histories alone.
+  std::shared_ptr<const transfer::AgedMesh> aged = nullptr;
 };
-/// @throws InvalidInput for a history in memory; TypeError
+/// @throws TypeError
 [[nodiscard]] Subject subject_from(const std::string& function, const pybind11::object& given);
-/// Its folder. @param room  Where what is in memory is saved for the time of the work.
-[[nodiscard]] std::filesystem::path place_of(const Subject& subject, std::optional<TemporaryFolder>& room,
-                                             const RunControl& control);
+/// Its folder.
+[[nodiscard]] std::filesystem::path place_of(const Subject& subject, Rooms& rooms, const RunControl& control);
 
 }  // namespace patinate::python

@@ -1,14 +1,16 @@
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "app/output/render_work.h"
-#include "app/request/history_library.h"
 #include "patinate/core/error.h"
 #include "python/bindings.h"
 #include "python/output/keywords.h"
 #include "python/support/arrays.h"
 #include "python/support/device_keyword.h"
+#include "python/support/errors.h"
 #include "python/transfer/py_transfer.h"
 
 namespace patinate::python {
@@ -90,32 +92,36 @@ app::RenderTask task_from(Keywords& keywords) {
   return task;
 }
 
-/// Sets the subject: in memory, or a path.
-void set_subject(const py::object& subject, app::RenderTask& task) {
+/// The picture as an array. @param notes  What the command would say.
+py::object picture_of(app::RenderTask task, const py::object& subject, const RunArguments& run,
+                      std::vector<std::string>& notes) {
+  Subject given;
   if (py::isinstance<PyAged>(subject))
     task.mesh = std::make_shared<const app::AgingMesh>(app::aging_mesh_of(py::cast<const PyAged&>(subject).value));
   else
-    task.subject = subject_from("render", subject).folder;
+    given = subject_from("render", subject);
+  auto [picture, said] = result_of(run, [=](const RunControl& control) mutable {
+    Rooms rooms;
+    if (!task.mesh) task.subject = place_of(given, rooms, control);
+    const app::OutputWork work = app::render_work(std::move(task));
+    return std::pair(work.picture(control), work.notes);
+  });
+  notes = std::move(said);
+  return array_of(std::move(picture));
 }
 
-/// The picture as an array.
-py::object picture_of(app::RenderTask task, const py::object& subject, const RunArguments& run) {
-  set_subject(subject, task);
-  return array_of(result_of(run, [=](const RunControl& control) mutable {
-    if (!task.mesh) task.subject = app::library_place(task.subject);
-    return app::render_work(std::move(task)).picture(control);
-  }));
-}
-
-void write_picture(app::RenderTask task, const py::object& subject, const py::object& output, bool force,
-                   const RunArguments& run) {
+/// @returns what the command would say.
+std::vector<std::string> write_picture(app::RenderTask task, const py::object& subject, const py::object& output,
+                                       bool force, const RunArguments& run) {
   const Subject given = subject_from("render", subject);
   task.output = path_from(output);
   if (task.output.empty()) throw InvalidInput("output: is empty; expected the name of a picture or movie");
-  run_interruptibly(run, [=](const RunControl& control) mutable {
-    std::optional<TemporaryFolder> room;
-    task.subject = place_of(given, room, control);
-    app::make_output(app::render_work(std::move(task)), force, control);
+  return result_of(run, [=](const RunControl& control) mutable {
+    Rooms rooms;
+    task.subject = place_of(given, rooms, control);
+    const app::OutputWork work = app::render_work(std::move(task));
+    app::make_output(work, force, control);
+    return work.notes;
   });
 }
 
@@ -155,11 +161,13 @@ void bind_render(py::module_& module) {
     keywords.finish();
     task.devices = app::output_devices(device.options(), device.words());
     py::object picture = py::none();
+    std::vector<std::string> notes;
     if (output.is_none())
-      picture = picture_of(std::move(task), subject, run);
+      picture = picture_of(std::move(task), subject, run, notes);
     else
-      write_picture(std::move(task), subject, output, force, run);
+      notes = write_picture(std::move(task), subject, output, force, run);
     device.warn();
+    warn_of(notes);
     return picture;
   };
   add_stub(text.stub());

@@ -35,23 +35,6 @@ py::tuple bases_of(std::initializer_list<PyObject*> list) {
   return out;
 }
 
-/// Options of a command line as keywords: "--force" is "force=True", "--distance-from" is "distance_from".
-std::string with_keywords(const std::string& text) {
-  static const std::regex option("(^|[\\s`(])--([a-z][a-z0-9-]*)");
-  std::string out;
-  std::size_t end = 0;
-  for (std::sregex_iterator it(text.begin(), text.end(), option), none; it != none; ++it) {
-    const std::smatch& found = *it;
-    std::string name = found[2];
-    std::replace(name.begin(), name.end(), '-', '_');
-    out += text.substr(end, static_cast<std::size_t>(found.position()) - end) + found[1].str() + name;
-    if (name == "force") out += "=True";
-    end = static_cast<std::size_t>(found.position() + found.length());
-  }
-  out += text.substr(end);
-  return out.starts_with("-o: ") ? "output" + out.substr(2) : out;
-}
-
 void translate(std::exception_ptr pointer) {
   const auto raise = [](Kind kind, const std::exception& e) {
     const std::string words = with_keywords(e.what());
@@ -85,6 +68,28 @@ void translate(std::exception_ptr pointer) {
 }
 
 }  // namespace
+
+std::string with_keywords(const std::string& text) {
+  static const std::regex option("(^|[\\s`(])--([a-z][a-z0-9-]*)");
+  std::string out;
+  std::size_t end = 0;
+  for (std::sregex_iterator it(text.begin(), text.end(), option), none; it != none; ++it) {
+    const std::smatch& found = *it;
+    std::string name = found[2];
+    std::replace(name.begin(), name.end(), '-', '_');
+    out += text.substr(end, static_cast<std::size_t>(found.position()) - end) + found[1].str() + name;
+    if (name == "force") out += "=True";
+    end = static_cast<std::size_t>(found.position() + found.length());
+  }
+  out += text.substr(end);
+  return out.starts_with("-o: ") ? "output" + out.substr(2) : out;
+}
+
+void warn_of(const std::vector<std::string>& notes) {
+  for (const std::string& note : notes) {
+    if (PyErr_WarnEx(PyExc_UserWarning, with_keywords(note).c_str(), 1) != 0) throw py::error_already_set();
+  }
+}
 
 void bind_errors(py::module_& module) {
   add(module, kError, "Error", "Base of all errors of patinate: one line that says what is wrong.",

@@ -1,5 +1,8 @@
 #!/usr/bin/python3
 """Pictures, movies and models in Python."""
+import subprocess
+import warnings
+
 import numpy as np
 import patinate
 
@@ -107,9 +110,52 @@ class Output(PythonCase):
                 patinate.render(subject, self.work / f"{name}.png", **view)
                 patinate.render(self.work / folder, self.work / f"{name}_of_folder.png", **view)
                 np.testing.assert_array_equal(patinate.read_color(self.work / f"{name}.png"), patinate.read_color(self.work / f"{name}_of_folder.png"))
-        in_memory = patinate.history_from_arrays([history.frame(0)], [0.0])
-        self.assertIn("save()", self.line_of(patinate.InvalidInput, lambda: patinate.render(in_memory, self.work / "x.png")))
         self.assertTrue(self.line_of(patinate.InvalidInput, lambda: patinate.export(self.work / "aged", self.work / "x.fbx")).startswith("output: "))
+
+    def test_what_never_was_a_folder_becomes_the_files_that_its_folders_give(self):
+        history, mesh = patinate.read_history(self.work / "history"), patinate.read_mesh(self.work / "urn/mesh.obj")
+        in_memory = patinate.history_from_arrays(list(history), history.times, name="mine", texel_size_mm=history.texel_size_mm,
+                                                 controls={"thickness": history.control("thickness")})
+        in_memory.save(self.work / "mine")
+        options = {"resolution": 64, "mm_per_unit": 1}
+        patinate.transfer(self.work / "mine", mesh, "thickness=facing", **options).save(self.work / "mine_aged")
+        aged = patinate.transfer(in_memory, mesh, "thickness=facing", **options)
+        self.assertIsNone(aged.folder)
+        view = {"time": 0, "width": 48, "height": 48, "samples": 1}
+        for name, subject, folder in (("of_memory", aged, "mine_aged"), ("of_history", in_memory, "mine")):
+            for place in (name, f"{name}_by_folder"):
+                (self.work / place).mkdir()  # The model's name is in the model.
+            for place, given in ((name, subject), (f"{name}_by_folder", self.work / folder)):
+                patinate.render(given, self.work / place / "aged.png", **view)
+                patinate.export(given, self.work / place / "frames", num_times=2)
+                if folder == "mine_aged":
+                    for model in ("aged.glb", "aged.usda", "aged.obj"):
+                        patinate.export(given, self.work / place / model, time=0)
+            self.same_files(name, f"{name}_by_folder")
+        np.testing.assert_array_equal(patinate.render(in_memory, time=0), patinate.render(self.work / "mine", time=0))
+
+    def test_a_mesh_without_a_unit_keeps_the_size_of_its_transfer_and_a_note_says_so(self):
+        # The transfer scales the mesh until a texel shows a pixel of the history: `aged` has no unit, and its mesh.obj is in mm.
+        transfer = self.json_of("aged", "transfer.json")
+        self.assertIsNone(transfer["mesh"]["unit"])
+        positions = patinate.read_mesh(self.work / "aged/mesh.obj").positions
+        size = np.linalg.norm(positions.max(axis=0) - positions.min(axis=0))
+        result = subprocess.run([self.patinate, "export", "aged", "-o", "sized.glb"], cwd=self.work, capture_output=True, text=True, timeout=300)
+        with self.assertWarns(UserWarning) as caught:
+            patinate.export(self.work / "aged", self.work / "sized_here.glb", force=True)
+        for said in (result.stderr, str(caught.warning)):
+            self.assertEqual(said.count("states no length unit"), 1, said)
+            for figure in (transfer["mesh"]["mm_per_mesh_unit"], size):
+                self.assertIn(f"{float(f'{figure:.1e}'):.6g} mm", said)  # Two digits.
+        in_glb = patinate.read_mesh(self.work / "sized.glb").positions  # In meters, as glTF is.
+        self.assertAlmostEqual(np.linalg.norm(in_glb.max(axis=0) - in_glb.min(axis=0)) / (0.001 * size), 1, places=5)
+        patinate.export(self.work / "aged", self.work / "sized.usda", time=0)
+        self.assertIn("metersPerUnit = 0.001\n", (self.work / "sized.usda").read_text())
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # An OBJ is in the unit of the file; a mesh whose unit is known needs no note.
+            patinate.export(self.work / "aged", self.work / "sized.obj")
+            known = patinate.transfer(self.work / "history", patinate.read_mesh(self.work / "urn/mesh.obj"), "facing", resolution=64, mm_per_unit=10)
+            patinate.export(known, self.work / "known.glb")
 
 
 if __name__ == "__main__":

@@ -98,7 +98,7 @@ class Tasks(PythonCase):
 
     def test_save_render_export(self):
         self.example("save_render_export", "history", "urn/mesh.obj", "kept")
-        self.run_patinate("transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "128", "-o", "by_hand")
+        self.run_patinate("transfer", "history", "urn/mesh.obj", "--unit", "mm", "--control", "facing", "--resolution", "128", "-o", "by_hand")
         self.same_files("kept", "by_hand")
         made = {name: (self.work / name).read_bytes() for name in ("kept.png", "kept.glb")}
         self.run_patinate("render", "kept", "--num-times", "3", "--width", "160", "--height", "160", "--samples", "4", "-o", "kept.png", "--force")

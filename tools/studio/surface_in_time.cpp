@@ -210,10 +210,6 @@ Mesh SurfaceInTime::mesh() const {
   return mesh;
 }
 
-double SurfaceInTime::meters_per_unit() const {
-  return transfer_ && !transfer_->manifest().unit ? 1.0 / transfer_->manifest().mm_per_mesh_unit : 0.001;
-}
-
 std::size_t SurfaceInTime::memory() const {
   const std::lock_guard lock(mutex_);
   std::size_t sum = 2 * bytes_of(filled_coordinates_);

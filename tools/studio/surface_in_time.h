@@ -71,7 +71,6 @@ class SurfaceInTime {
   [[nodiscard]] TexelCurve curve(int x, int y, const RunControl& control) const;
   /// UVs over texture(). @throws InvalidInput for a history, which has none.
   [[nodiscard]] Mesh mesh() const;
-  [[nodiscard]] double meters_per_unit() const;
   [[nodiscard]] std::size_t memory() const;
 
  private:

@@ -141,7 +141,7 @@ HttpResponse answer_mesh(const Asked& asked) {
     glb = registered_scans_glb(read_registration(path, asked.folder), asked.control);
   } else {
     const std::shared_ptr<const SurfaceInTime> surface = asked.opened.open(path, kind);
-    glb = mesh_glb(surface->mesh(), path.stem().string(), surface->meters_per_unit());
+    glb = mesh_glb(surface->mesh(), path.stem().string(), 0.001);
   }
   return {.type = "model/gltf-binary", .body = std::move(glb)};
 }

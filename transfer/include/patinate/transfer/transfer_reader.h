@@ -41,11 +41,6 @@ class TransferFolder {
   Sheet sheet_;
 };
 
-/// Meters per unit of the mesh's numbers, for glTF. Without a known unit, the numbers of the file are kept.
-[[nodiscard]] inline double meters_per_unit(const TransferManifest& manifest) {
-  return manifest.unit ? 0.001 : 1.0 / manifest.mm_per_mesh_unit;
-}
-
 /// Value of the source at every texel's coordinates; `outside` where they are -1. Between pixels, that of a cubic
 /// through 4 x 4 of them (look_between()). The simple version, and the truth, of gather_packed().
 /// @param source       1 to 4 channels.

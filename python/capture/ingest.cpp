@@ -6,9 +6,10 @@
 #include "app/capture/drafted_project.h"
 #include "capture/job/plan_history.h"
 #include "capture/timelapse/repair.h"
+#include "patinate/core/error.h"
 #include "patinate/history/history.h"
 #include "python/bindings.h"
-#include "python/history/py_history.h"
+#include "python/history/given_history.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
 
@@ -110,7 +111,7 @@ void bind_ingest(py::module_& module) {
   define(
       module,
       FunctionText("survey", "What ingest found wrong with a time-lapse: moved, flickering, jumping photographs.")
-          .takes("history", "str | os.PathLike[str]", "A history's folder, as ingest() made it")
+          .takes("history", "History | str | os.PathLike[str]", "As ingest() made it, or its folder")
           .returns(
               "Report",
               "findings: photo, time, problem of each; unlinked: photographs that cannot be aligned with most of the "
@@ -118,8 +119,9 @@ void bind_ingest(py::module_& module) {
               "is_stabilized, is_deflickered; masked_share of all pixels of all frames, outside_share of the pixels")
           .raises("IoError"),
       [](const py::object& history) {
-        const std::string path = path_from(history);
-        return survey_dict(result_of({}, [=](const RunControl&) { return capture::read_survey_report(path); }));
+        const GivenHistory given = given_history("survey", "history", history);
+        if (given.memory) throw InvalidInput("history: is in memory only; ingest() looks at photographs");
+        return survey_dict(result_of({}, [=](const RunControl&) { return capture::read_survey_report(given.path); }));
       });
 }
 

@@ -6,7 +6,7 @@
 #include "libcommon/job/job.h"
 #include "patinate/history/history.h"
 #include "python/bindings.h"
-#include "python/history/py_history.h"
+#include "python/history/given_history.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
 
@@ -19,7 +19,7 @@ void bind_appearance(py::module_& module) {
          FunctionText("appearance",
                       "Makes a history folder with maps of what its material is stated to be: metalness, roughness, "
                       "strength and color of the mirror.")
-             .takes("history", "str | os.PathLike[str]", "A history's folder")
+             .takes("history", "History | str | os.PathLike[str]", "One that was opened or made, or its folder")
              .takes("output", "str | os.PathLike[str]", "The folder to make; what is there already stays as it is")
              .keyword("statement", "str | os.PathLike[str] | None", "None",
                       "A file that says it by color, over time, or by control or mask; without it, the numbers below")
@@ -37,10 +37,13 @@ void bind_appearance(py::module_& module) {
            const bool force = keywords.flag("force", false);
            const RunArguments run = keywords.run();
            keywords.finish();
-           const std::string from = path_from(history), to = path_from(output);
+           const GivenHistory from = given_history("appearance", "history", history);
+           const std::string to = path_from(output);
            const std::filesystem::path file = statement.is_none() ? std::string() : path_from(statement);
            return PyHistory{result_of(run, [=](const RunControl& control) {
-             run_job(app::plan_appearance(from, app::appearance_of(file, plain), to), {.force = force}, control);
+             Rooms rooms;
+             run_job(app::plan_appearance(place_of(from, rooms, control), app::appearance_of(file, plain), to),
+                     {.force = force}, control);
              return std::make_shared<const HistoryReader>(to);
            })};
          });

@@ -1,14 +1,14 @@
 #include <filesystem>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "app/history/layered_history.h"
-#include "app/request/path_kind.h"
 #include "libcommon/job/job.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
 #include "python/bindings.h"
-#include "python/history/py_history.h"
+#include "python/history/given_history.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
 #include "transfer/library/library_job.h"
@@ -42,8 +42,9 @@ void bind_combine(py::module_& module) {
              "combine",
              "Lays several histories side by side in one, a library, of which transfer takes the place that fits; or "
              "puts the second inside the first (where).")
-             .takes("histories", "Sequence[str | os.PathLike[str]]",
-                    "Folders of two histories or more, or of simulations; they get the indices 0, 1, ...")
+             .takes("histories", "Sequence[History | str | os.PathLike[str]]",
+                    "Two or more that were opened or made, or folders of histories or simulations; they get the "
+                    "indices 0, 1, ...")
              .takes("output", "str | os.PathLike[str]", "The folder to make; what is there already stays as it is")
              .keyword("controls", "dict[str, list[str]] | None", "None",
                       "Controls of the library, each made of one control of every history, in their order; controls "
@@ -61,17 +62,20 @@ void bind_combine(py::module_& module) {
            Keywords keywords("combine", kwargs);
            transfer::LibraryTask task;
            keywords.read(task.options);
+           std::vector<GivenHistory> given;
            for (const py::handle& history : histories)
-             task.histories.push_back(app::history_place(path_from(py::reinterpret_borrow<py::object>(history))));
-           task.controls = controls_from(keywords.object("controls"), task.histories.size());
+             given.push_back(given_history("combine", "histories", py::reinterpret_borrow<py::object>(history)));
+           task.controls = controls_from(keywords.object("controls"), given.size());
            const std::string where = keywords.text("where", "");
-           if (!where.empty() && task.histories.size() != 2)
+           if (!where.empty() && given.size() != 2)
              throw InvalidInput("where: needs two histories, the lower and the one that lies in it");
            const bool force = keywords.flag("force", false);
            const RunArguments run = keywords.run();
            keywords.finish();
            const std::string to = path_from(output);
            return PyHistory{result_of(run, [=](const RunControl& control) mutable {
+             Rooms rooms;
+             for (const GivenHistory& one : given) task.histories.push_back(place_of(one, rooms, control));
              const JobPlan plan =
                  where.empty() ? transfer::plan_library(transfer::open_library(std::move(task)), to)
                                : app::plan_layers(task.histories[0], task.histories[1], where, task.options.clock, to);

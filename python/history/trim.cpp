@@ -4,11 +4,10 @@
 #include <utility>
 
 #include "app/history/trimmed_history.h"
-#include "app/request/path_kind.h"
 #include "libcommon/job/job.h"
 #include "patinate/history/history.h"
 #include "python/bindings.h"
-#include "python/history/py_history.h"
+#include "python/history/given_history.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
 
@@ -19,7 +18,8 @@ namespace py = pybind11;
 void bind_trim(py::module_& module) {
   define(module,
          FunctionText("trim", "Makes a history folder of part of another one's frames, to hold the others out.")
-             .takes("history", "str | os.PathLike[str]", "Folder of a history or a simulation")
+             .takes("history", "History | str | os.PathLike[str]",
+                    "One that was opened or made, or a folder of a history or a simulation")
              .takes("output", "str | os.PathLike[str]", "The folder to make; what is there already stays as it is")
              .keyword("start", "float | None", "None",
                       "First time that stays, in the history's unit: the command's --from, a word of Python's own")
@@ -38,9 +38,11 @@ void bind_trim(py::module_& module) {
            const bool force = keywords.flag("force", false);
            const RunArguments run = keywords.run();
            keywords.finish();
-           const std::string from = path_from(history), to = path_from(output);
+           const GivenHistory from = given_history("trim", "history", history);
+           const std::string to = path_from(output);
            return PyHistory{result_of(run, [=](const RunControl& control) {
-             run_job(app::plan_trim(app::history_place(from), options, to), {.force = force}, control);
+             Rooms rooms;
+             run_job(app::plan_trim(place_of(from, rooms, control), options, to), {.force = force}, control);
              return std::make_shared<const HistoryReader>(to);
            })};
          });

@@ -98,6 +98,22 @@ class History(PythonCase):
         self.same_files("trimmed_by_command", "trimmed_by_python")
         self.line_of(patinate.InvalidInput, lambda: patinate.trim(self.work / "history", self.work / "x", every=0))
 
+    def test_histories_are_taken_where_their_paths_are(self):
+        opened = patinate.read_history(self.work / "history")
+        in_memory = patinate.history_from_arrays(list(opened), opened.times, name=opened.name, time_unit=opened.time_unit, texel_size_mm=opened.texel_size_mm, controls={"thickness": opened.control("thickness")})
+        in_memory.save(self.work / "taken")
+        works = {"trim": lambda h, to: patinate.trim(h, to, every=2), "appearance": lambda h, to: patinate.appearance(h, to, metalness=1), "combine": lambda h, to: patinate.combine([h, self.work / "history"], to)}
+        for name, work in works.items():
+            for kind, subject, folder in (("opened", opened, "history"), ("memory", in_memory, "taken")):
+                with self.subTest(name=name, kind=kind):
+                    work(subject, self.work / f"{name}_{kind}")
+                    work(self.work / folder, self.work / f"{name}_{kind}_by_path")
+                    self.same_files(f"{name}_{kind}", f"{name}_{kind}_by_path")
+        self.assertEqual(patinate.survey(opened), patinate.survey(self.work / "history"))
+        self.assertIn("in memory only", self.line_of(patinate.InvalidInput, lambda: patinate.survey(in_memory)))
+        for work in (*works.values(), lambda h, _: patinate.survey(h)):
+            self.line_of(TypeError, lambda: work(7, self.work / "x"))
+
     def test_a_sample_half_way_is_the_mean_of_two_frames(self):
         history = gray_history()
         np.testing.assert_allclose(history.sample(0.5), np.full((5, 7, 3), 0.125), atol=1e-7)

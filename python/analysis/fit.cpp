@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -14,7 +16,8 @@
 #include "patinate/history/memory_history.h"
 #include "python/analysis/py_analysis.h"
 #include "python/bindings.h"
-#include "python/history/py_history.h"
+#include "python/history/given_history.h"
+#include "python/simulation/scene_argument.h"
 #include "python/support/arrays.h"
 #include "python/support/json.h"
 #include "python/support/keywords.h"
@@ -158,16 +161,18 @@ std::vector<analysis::FitTerm> terms_from(const py::object& figures) {
 
 /// Histories that a fit comes close to: one or several; none of a function.
 std::vector<std::shared_ptr<const History>> histories_from(const py::object& objective) {
-  if (py::isinstance<PyHistory>(objective)) return {py::cast<const PyHistory&>(objective).value};
+  const auto is_one = [](const py::handle& given) {
+    return py::isinstance<PyHistory>(given) || py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__");
+  };
+  if (is_one(objective)) return {history_from("fit", "objective", objective).value};
   if (PyCallable_Check(objective.ptr()) != 0) return {};
   std::vector<std::shared_ptr<const History>> histories;
-  if (py::isinstance<py::sequence>(objective) && !py::isinstance<py::str>(objective)) {
-    for (const py::handle h : py::reinterpret_borrow<py::sequence>(objective)) {
-      if (!py::isinstance<PyHistory>(h)) wrong_type("fit", "objective", h, "Histories");
-      histories.push_back(py::cast<const PyHistory&>(h).value);
-    }
+  if (py::isinstance<py::sequence>(objective)) {
+    for (const py::handle one : py::reinterpret_borrow<py::sequence>(objective))
+      histories.push_back(history_from("fit", "objective", py::reinterpret_borrow<py::object>(one)).value);
   }
-  if (histories.empty()) wrong_type("fit", "objective", objective, "a History, several, or a function");
+  if (histories.empty())
+    wrong_type("fit", "objective", objective, "a History or its path, several of them, or a function");
   return histories;
 }
 
@@ -190,7 +195,7 @@ struct FittedHistory {
   std::optional<analysis::FitObjective> distance;  ///< None of a function.
 };
 
-py::dict fit_scene(const py::object& scene_path, const py::object& objective, const py::object& vary,
+py::dict fit_scene(const py::object& scene_given, const py::object& objective, const py::object& vary,
                    const py::kwargs& kwargs) {
   Keywords words("fit", kwargs);
   FitKeywords keywords;
@@ -198,13 +203,16 @@ py::dict fit_scene(const py::object& scene_path, const py::object& objective, co
   words.read(keywords);
   words.read(compared);
   const py::object figures = words.object("figures"), own = words.object("own");
+  const SceneArgument given = scene_from("fit", scene_given, words);
   const RunArguments run = words.run();
   words.finish();
   const std::vector<std::shared_ptr<const History>> histories = histories_from(objective);
   const std::vector<analysis::FitRange> ranges = all_ranges(vary, own, histories.size());
-  const std::string path = path_from(scene_path);
   const std::vector<analysis::FitTerm> terms = terms_from(figures);
   const RunArguments silent{.num_threads = run.num_threads};
+  const auto room = std::make_shared<std::optional<TemporaryFolder>>();
+  const std::filesystem::path path =
+      result_of(silent, [=](const RunControl& control) { return given.written(*room, control); });
   std::vector<app::FitScene> scenes;
   std::vector<std::string> names;
   std::vector<FittedHistory> fitted;
@@ -278,33 +286,34 @@ void bind_fit(py::module_& module) {
   const char* const result =
       "values (by name), objective (the least), is_converged, evaluations (what was tried: values and objective, in "
       "order)";
-  define(
-      module,
-      FunctionText(
-          "fit",
-          "The numbers of a simulation that bring it closest to a history, or make a function of its history least.")
-          .takes("scene", "str | os.PathLike[str]", "A scene file with the starting values")
-          .takes("objective", "History | Sequence[History] | Callable[[History], float]",
-                 "What it should come close to, by `figures`; several at once, by the mean; or a function of the "
-                 "simulated "
-                 "history, the less the better")
-          .takes("vary", "Mapping[str, tuple[float, float] | tuple[float, float, str]]",
-                 "JSON pointers of numbers of the scene, '/rules/0/rate': (low, high) or (low, high, 'log')")
-          .keyword("own", "Mapping[str, tuple[float, float] | tuple[float, float, str]] | None", "None",
-                   "The same, where each of several histories has a value of its own; found values are lists")
-          .keyword("figures", "Mapping[str, float] | None", "None",
-                   "Weights of color_distribution, mean_color, covered, onset, saturation, color_by_control, "
-                   "rate_by_control, ciede2000, contrast; "
-                   "None: color_distribution")
-          .options<FitKeywords>()
-          .options<analysis::ObjectiveOptions>()
-          .runs()
-          .returns("Report", result)
-          .raises(
-              "IoError for a scene that cannot be read with an end of a range; InvalidInput; what the function raises"),
-      [](const py::object& scene, const py::object& objective, const py::object& vary, const py::kwargs& kwargs) {
-        return fit_scene(scene, objective, vary, kwargs);
-      });
+  FunctionText text(
+      "fit",
+      "The numbers of a simulation that bring it closest to a history, or make a function of its history least.");
+  text.takes("scene", kSceneType, "A scene file with the starting values, or what would stand in one")
+      .takes("objective",
+             "History | str | os.PathLike[str] | Sequence[History | str | os.PathLike[str]] | "
+             "Callable[[History], float]",
+             "What it should come close to, by `figures`; several at once, by the mean; or a function of the "
+             "simulated "
+             "history, the less the better")
+      .takes("vary", "Mapping[str, tuple[float, float] | tuple[float, float, str]]",
+             "JSON pointers of numbers of the scene, '/rules/0/rate': (low, high) or (low, high, 'log')");
+  scene_text(text)
+      .keyword("own", "Mapping[str, tuple[float, float] | tuple[float, float, str]] | None", "None",
+               "The same, where each of several histories has a value of its own; found values are lists")
+      .keyword("figures", "Mapping[str, float] | None", "None",
+               "Weights of color_distribution, mean_color, covered, onset, saturation, color_by_control, "
+               "rate_by_control, ciede2000, contrast; "
+               "None: color_distribution")
+      .options<FitKeywords>()
+      .options<analysis::ObjectiveOptions>()
+      .runs()
+      .returns("Report", result)
+      .raises("IoError for a scene that cannot be read with an end of a range; InvalidInput; what the function raises");
+  define(module, text,
+         [](const py::object& scene, const py::object& objective, const py::object& vary, const py::kwargs& kwargs) {
+           return fit_scene(scene, objective, vary, kwargs);
+         });
 }
 
 }  // namespace patinate::python

@@ -15,12 +15,11 @@
 #include <vector>
 
 #include "patinate/core/error.h"
-#include "patinate/core/json.h"
 #include "patinate/simulation/engine.h"
 #include "patinate/simulation/scene_io.h"
+#include "python/simulation/scene_argument.h"
 #include "python/support/device_keyword.h"
 #include "python/support/keywords.h"
-#include "python/surface/py_surface.h"
 
 namespace patinate::python {
 
@@ -120,8 +119,7 @@ class PySimulation {
  private:
   struct State {
     simulation::SceneFile file;
-    std::shared_ptr<const Json> root;  ///< The scene as it was given.
-    MeshesByPath meshes;               ///< Meshes in memory, by the path that the scene names.
+    SceneArgument scene;  ///< As it was given.
     simulation::SimulationOptions options;
     std::optional<simulation::Simulation> running;
     bool is_changed_by_hand = false;
@@ -142,6 +140,8 @@ class PySimulation {
     if (state_->is_lost)
       throw InvalidInput("a change was interrupted, so that the state is lost; restore() a snapshot");
   }
+  static std::shared_ptr<State> opened(const std::filesystem::path& folder, const DeviceKeyword& device,
+                                       const RunControl& control);
   static int checked_resolution(std::int64_t resolution) {
     constexpr Range kAllowed{.low = 16, .high = 16384};
     if (!kAllowed.contains(static_cast<double>(resolution)))

@@ -3,9 +3,9 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "libcommon/core/files.h"
 #include "patinate/core/error.h"
 #include "patinate/simulation/engine.h"
 #include "patinate/simulation/scene_io.h"
@@ -19,6 +19,7 @@
 #include "python/support/signature.h"
 #include "python/surface/py_surface.h"
 #include "simulation/files/scene_event.h"
+#include "simulation/job/reopened_simulation.h"
 #include "simulation/transport/parameter_maps.h"
 
 namespace patinate::python {
@@ -26,39 +27,59 @@ namespace patinate::python {
 namespace py = pybind11;
 using simulation::Simulation;
 
-PySimulation::PySimulation(const py::object& scene, const py::kwargs& kwargs) {
+namespace {
+
+/// The folder of a finished or saved simulation, or its manifest.
+bool is_simulation_folder(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(manifest_folder(path, "simulation.json") / "simulation.json", error);
+}
+
+}  // namespace
+
+std::shared_ptr<PySimulation::State> PySimulation::opened(const std::filesystem::path& folder,
+                                                          const DeviceKeyword& device, const RunControl& control) {
+  simulation::ReopenedSimulation reopened =
+      simulation::reopen_simulation(folder, app::open_simulation_device(device.options(), device.words()), control);
+  auto made = std::make_shared<State>();
+  made->scene.file = reopened.file.file;
+  made->file = std::move(reopened.file);
+  made->options = std::move(reopened.options);
+  made->running.emplace(std::move(reopened.simulation));
+  made->is_changed_by_hand = made->has_set_amounts = reopened.is_changed_by_hand;
+  return made;
+}
+
+PySimulation::PySimulation(const py::object& given, const py::kwargs& kwargs) {
   Keywords keywords("Simulation", kwargs);
-  simulation::SimulationOptions options;
-  const py::object maps = keywords.object("parameter_maps"), meshes = keywords.object("meshes");
-  const std::string base = keywords.text("folder", ".");
+  const py::object maps = keywords.object("parameter_maps");
+  const bool is_asked = !maps.is_none();
+  bool is_changed = is_asked;
+  for (const char* name : {"folder", "meshes", "resolution", "seed"})
+    is_changed = is_changed || keywords.is_given(name);
+  const SceneArgument scene = scene_from("Simulation", given, keywords);
   const std::int64_t resolution = keywords.integer("resolution", 0), seed = keywords.integer("seed", -1);
   device_.emplace(keywords);
   const RunArguments run = keywords.run();
   keywords.finish();
   if (seed < -1) throw InvalidInput("seed: " + std::to_string(seed) + " is out of range; use >= 0, or -1: the scene's");
-  const bool is_dict = py::isinstance<py::dict>(scene);
-  const Json root = is_dict ? json_from(scene, "scene") : Json();
-  const std::filesystem::path file =
-      is_dict ? std::filesystem::path(base) / "scene" : std::filesystem::path(path_from(scene));
-  const auto given = meshes_from(meshes, file.parent_path());
+  const bool is_saved = !scene.root && is_simulation_folder(scene.file);
+  if (is_saved && is_changed)
+    throw InvalidInput("scene: a saved simulation goes on as it was made; leave the keywords out");
   std::vector<std::string> names;
-  if (!maps.is_none()) {
+  if (is_asked) {
     for (const py::handle name : maps) names.push_back(py::cast<std::string>(name));
   }
-  const bool is_asked = !maps.is_none();
-  state_ = result_of(run, [=, device = *device_](const RunControl& control) mutable {
+  state_ = result_of(run, [=, device = *device_](const RunControl& control) {
+    if (is_saved) return opened(scene.file, device, control);
     auto made = std::make_shared<State>();
-    options.device = app::open_simulation_device(device.options(), device.words());
-    simulation::SceneAssets assets;
-    assets.given_meshes = given;
-    made->root = std::make_shared<const Json>(is_dict ? root : load_json(file));
-    made->meshes = given;
-    made->file = simulation::read_scene(file, *made->root, assets, control);
+    made->scene = scene;
+    made->file = scene.read(control);
     if (resolution != 0) made->file.scene.resolution = checked_resolution(resolution);
     if (seed >= 0) made->file.scene.seed = static_cast<std::uint64_t>(seed);
-    options.parameter_maps = is_asked ? names : made->file.controls;
-    made->options = options;
-    made->running.emplace(made->file.scene, options, control);
+    made->options.device = app::open_simulation_device(device.options(), device.words());
+    made->options.parameter_maps = is_asked ? names : made->file.controls;
+    made->running.emplace(made->file.scene, made->options, control);
     return made;
   });
   device_->warn();
@@ -292,19 +313,20 @@ void bind_simulation(py::module_& module) {
       "number of threads; not for several threads at once.";
   SimulationClass type(module, "Simulation", doc);
   begin_class_stub("Simulation", doc);
-  const FunctionText init =
-      FunctionText("__init__", "Reads a scene and everything that it names.")
-          .takes("scene", "str | os.PathLike[str] | Mapping[str, Any]", "A scene file, or what would stand in one")
-          .keyword("folder", "str | os.PathLike[str]", "'.'", "Of a scene that is no file: what its paths lead from")
-          .keyword("meshes", "Mapping[str, Mesh] | None", "None",
-                   "In place of files, by the name that an object's \"mesh\" has in the scene; in the scene's unit")
-          .keyword("parameter_maps", "Sequence[str] | None", "None",
-                   "What to count along the way: hits, last_hit, rust.deposited, ...; None: what the scene asks for")
-          .keyword("resolution", "int", "0", "Texels along the atlas ([16, 16384]); 0: the scene's")
-          .keyword("seed", "int", "-1", "Of all random numbers (>= 0); -1: the scene's")
-          .options<device::DeviceOptions>()
-          .runs()
-          .raises("IoError naming file and JSON pointer; InvalidInput");
+  FunctionText init("__init__",
+                    "Reads a scene and everything that it names, or opens what was saved: it goes on as if it had not "
+                    "been interrupted.");
+  init.takes("scene", kSceneType,
+             "A scene file, or what would stand in one; or the folder of save() or simulate(), without keywords but "
+             "device");
+  scene_text(init)
+      .keyword("parameter_maps", "Sequence[str] | None", "None",
+               "What to count along the way: hits, last_hit, rust.deposited, ...; None: what the scene asks for")
+      .keyword("resolution", "int", "0", "Texels along the atlas ([16, 16384]); 0: the scene's")
+      .keyword("seed", "int", "-1", "Of all random numbers (>= 0); -1: the scene's")
+      .options<device::DeviceOptions>()
+      .runs()
+      .raises("IoError naming file and JSON pointer; InvalidInput");
   type.def(py::init([](const py::object& scene, const py::kwargs& kwargs) {
              return std::make_shared<PySimulation>(scene, kwargs);
            }),

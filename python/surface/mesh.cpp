@@ -195,13 +195,13 @@ void define_work(MeshClass& type) {
 
 }  // namespace
 
-MeshesByPath meshes_from(const py::object& given, const std::filesystem::path& folder) {
+MeshesByPath meshes_from(const char* function, const py::object& given, const std::filesystem::path& folder) {
   MeshesByPath out;
   if (given.is_none()) return out;
-  if (!py::isinstance<py::dict>(given)) wrong_type("Simulation", "meshes", given, "a dict of meshes by name");
+  if (!py::isinstance<py::dict>(given)) wrong_type(function, "meshes", given, "a dict of meshes by name");
   for (const auto& [name, mesh] : py::cast<py::dict>(given)) {
     if (!py::isinstance<py::str>(name) || !py::isinstance<PyMesh>(mesh))
-      wrong_type("Simulation", "meshes", mesh, "a Mesh by name");
+      wrong_type(function, "meshes", mesh, "a Mesh by name");
     out[folder / py::cast<std::string>(name)] = py::cast<const PyMesh&>(mesh).value;
   }
   return out;

@@ -22,7 +22,8 @@ struct PyMesh {
 using MeshesByPath = std::map<std::filesystem::path, std::shared_ptr<const Mesh>>;
 /// A scene's meshes in memory, by the path that its words lead to. @param given  None, or a dict of meshes by name.
 /// @throws TypeError
-[[nodiscard]] MeshesByPath meshes_from(const pybind11::object& given, const std::filesystem::path& folder);
+[[nodiscard]] MeshesByPath meshes_from(const char* function, const pybind11::object& given,
+                                       const std::filesystem::path& folder);
 
 struct PySurface {
   transfer::AgingSurface value;

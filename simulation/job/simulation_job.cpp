@@ -288,7 +288,7 @@ JobPlan plan_saved_simulation(SceneFile scene, const SimulationOptions& options,
   if (state.is_changed_by_hand) {
     ContentHash snapshot;
     snapshot.add(std::span<const std::byte>(state.snapshot));
-    inputs.add_content("state", "what was done by hand", snapshot.hex());
+    inputs.add_content("state", kChangedByHand, snapshot.hex());
   }
   std::vector<std::int64_t> ends{0};
   if (state.iteration > 0) ends.push_back(state.iteration);

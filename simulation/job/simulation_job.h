@@ -22,6 +22,9 @@ namespace patinate::simulation {
 [[nodiscard]] JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options,
                                       const std::filesystem::path& output);
 
+/// Name of what a saved simulation depends on if it was changed by more than its steps.
+inline constexpr const char* kChangedByHand = "what was done by hand";
+
 /// A running simulation as it is now.
 struct SimulationState {
   std::int64_t iteration = 0;

@@ -146,6 +146,18 @@ class Fit(PythonCase):
                 patinate.fit(self.work / "scene.json", refuse, RATE, evaluations=1000, on_progress=True)
             self.assertEqual([bar.is_closed for bar in bars], [True])
 
+    def test_a_scene_and_a_history_in_memory_are_fitted_as_their_files(self):
+        scene = json.loads((self.work / "scene.json").read_text())
+        history = patinate.simulate(self.work / "scene.json", self.work / "to_fit", iterations=10)
+        plate = patinate.read_mesh(self.work / "plate.obj")
+        in_memory = scene | {"objects": [scene["objects"][0] | {"mesh": "a plate"}]}
+        def found(given, objective, **more):
+            return patinate.fit(given, objective, RATE, evaluations=10, figures={"mean_color": 1}, **more)
+        expected = found(self.work / "scene.json", history)
+        self.assertEqual(found(in_memory, self.work / "to_fit", meshes={"a plate": plate}), expected)
+        self.assertEqual(found(scene, [history], folder=self.work), expected)
+        self.assertIn("/rules/9/rate", self.line_of(patinate.InputError, lambda: patinate.fit(scene, history, {"/rules/9/rate": (0.1, 1)}, folder=self.work)))
+
     def test_values_of_another_type_are_type_errors(self):
         scene = self.work / "scene.json"
         for vary in ({"/rules/1/rate": ("low", 1)}, {"/rules/1/rate": (0, None)}, {"/rules/1/rate": (0, 1, 2)}, {7: (0, 1)}):

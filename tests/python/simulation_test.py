@@ -157,6 +157,84 @@ class Simulation(PythonCase):
         patinate.Simulation(scene, folder=self.work).save(self.work / "at_once")
         self.assertEqual(len(patinate.read_history(self.work / "at_once/history")), 1)
 
+    def test_what_was_saved_goes_on_as_if_it_had_not_been_interrupted(self):
+        whole = patinate.Simulation(self.work / "scene.json")
+        whole.step(count=10)
+        whole.save(self.work / "half")
+        again = patinate.Simulation(self.work / "half")
+        self.assertEqual((again.iteration, again.num_iterations, again.time), (10, whole.num_iterations, whole.time))
+        for simulation in (whole, again):
+            simulation.step(count=7)
+        self.assertEqual(again.snapshot(), whole.snapshot())
+        np.testing.assert_array_equal(again.parameter_map("hits")[0], whole.parameter_map("hits")[0])
+        for name, simulation in (("again", again), ("whole", whole)):
+            simulation.save(self.work / name)
+        self.same_files("again", "whole")
+        again.save(self.work / "half", force=True)  # Also in place of what it came from.
+        self.same_files("half", "whole")
+        # So does what the command made.
+        self.run_patinate("simulate", "scene.json", "--iterations", "10", "-o", "by_program")
+        goes_on = patinate.Simulation(self.work / "by_program/simulation.json")
+        goes_on.step(count=7)
+        self.assertEqual(goes_on.snapshot(), whole.snapshot())
+
+    def test_what_was_saved_keeps_maps_meshes_and_what_was_done_by_hand(self):
+        scene = self.json_of("scene.json")
+        plate = patinate.read_mesh(self.work / "plate.obj")
+        scene["run"].pop("controls")
+        made = patinate.Simulation(scene | {"objects": [scene["objects"][0] | {"mesh": "a plate"}]}, meshes={"a plate": plate}, parameter_maps=["last_hit", "water.deposited"], resolution=48, seed=9)
+        made.step(count=3)
+        made.set_amounts("patina", np.where(made.coverage(), 0.25, 0).astype(np.float32))
+        made.save(self.work / "kept")
+        again = patinate.Simulation(self.work / "kept")
+        np.testing.assert_array_equal(again.amounts("patina"), made.amounts("patina"))
+        for simulation in (made, again):
+            simulation.step(count=4)
+        self.assertEqual(again.snapshot(), made.snapshot())
+        np.testing.assert_array_equal(again.parameter_map("water.deposited")[0], made.parameter_map("water.deposited")[0])
+        self.assertEqual(again.coverage().shape, (48, 48))
+        again.save(self.work / "kept_again")
+
+    def test_what_cannot_go_on_says_why(self):
+        self.simulation.step(count=2)
+        self.simulation.save(self.work / "whole_folder")
+        self.assertIn("leave the keywords out", self.line_of(patinate.InvalidInput, lambda: patinate.Simulation(self.work / "whole_folder", seed=3)))
+        patinate.recompose(self.work / "whole_folder", self.work / "recomposed", changes={"patina.strength": 0.25})
+        self.assertIn("holds no state.bin", self.line_of(patinate.IoError, lambda: patinate.Simulation(self.work / "recomposed")))
+        scene, = (self.work / "whole_folder/scene").glob("*.json")
+        scene.write_text(scene.read_text() + " ")
+        self.assertIn("has changed", self.line_of(patinate.IoError, lambda: patinate.Simulation(self.work / "whole_folder")))
+
+    def test_a_scene_that_is_no_file_is_run_to_its_end(self):
+        scene = self.json_of("scene.json")
+        plate = patinate.read_mesh(self.work / "plate.obj")
+        in_memory = scene | {"objects": [scene["objects"][0] | {"mesh": "a plate"}]}
+        history = patinate.simulate(in_memory, self.work / "of_dict", meshes={"a plate": plate}, iterations=10)
+        by_folder = patinate.simulate(scene, self.work / "of_folder", folder=self.work, iterations=10)
+        by_file = patinate.simulate(self.work / "scene.json", self.work / "of_file", iterations=10)
+        for other in (by_folder, by_file):
+            np.testing.assert_array_equal(history.frame(-1), other.frame(-1))
+        before = (self.work / "of_dict/state.bin").stat().st_ino
+        patinate.simulate(in_memory, self.work / "of_dict", meshes={"a plate": plate}, iterations=10)  # Up to date.
+        self.assertEqual((self.work / "of_dict/state.bin").stat().st_ino, before)
+        wrong = copy.deepcopy(scene)
+        wrong["behavior"]["slider"] = 7
+        line = self.line_of(patinate.InputError, lambda: patinate.simulate(wrong, self.work / "x", folder=self.work))
+        self.assertIn("/behavior/slider", line)
+        self.assertNotIn("patinate_scene", line)
+        self.assertFalse((self.work / "x").exists())
+
+    def test_meshes_in_place_of_a_files_own_are_saved(self):
+        plate = patinate.read_mesh(self.work / "plate.obj")
+        half_as_large = patinate.mesh_from_arrays(plate.positions / 2, plate.triangles, uvs=plate.uvs, uv_triangles=plate.uv_triangles)
+        simulation = patinate.Simulation(self.work / "scene.json", meshes={"plate.obj": half_as_large})
+        simulation.save(self.work / "half_as_large")
+        again = patinate.Simulation(self.work / "half_as_large")
+        np.testing.assert_array_equal(again.mesh.positions, simulation.mesh.positions)
+        for one in (again, simulation):
+            one.step()
+        self.assertEqual(again.snapshot(), simulation.snapshot())
+
 
 if __name__ == "__main__":
     main()

@@ -8,26 +8,10 @@
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/geometry/mesh.h"
-#include "transfer/guidance/scale.h"
 
 namespace patinate::app {
 
 namespace {
-
-/// Says that sizes were chosen, not known.
-/// @param mesh  In mm.
-void note_scale(const transfer::TransferScale& scale, const Mesh& mesh, const Words& say) {
-  if (scale.source == transfer::ScaleSource::PixelAssumed) {
-    say.note("the history does not state its texel size, so one pixel of it covers one texel (" +
-             short_number_text(scale.texel_size_mm) + " mm); set it with --texel-size");
-  } else if (scale.source == transfer::ScaleSource::MeshScaled) {
-    const double size = bounding_box(mesh).diagonal();
-    say.note(
-        "the mesh file states no length unit, so the mesh is scaled until one texel shows one pixel of the history: it "
-        "is " +
-        short_number_text(rounded(size, 2)) + " mm from corner to corner; set the unit with --unit");
-  }
-}
 
 constexpr double kCoarse = 1.5;  // Pixels a texel: from here on all of the texture is coarser than the history.
 
@@ -53,6 +37,30 @@ void note_large_texels(const TexelMap& map, double pixel_mm, bool is_unwrapped, 
               "become dots there; use a higher --resolution" +
               (is_unwrapped ? "" : ", or --atlas unwrap for texels of one size"));
 }
+
+}  // namespace
+
+void note_scale(const transfer::TransferScale& scale, const Mesh& mesh, const std::string& unit_option,
+                const Words& say) {
+  if (scale.source == transfer::ScaleSource::PixelAssumed) {
+    say.note("the history does not state its texel size, so one pixel of it covers one texel (" +
+             short_number_text(scale.texel_size_mm) + " mm); set it with --texel-size");
+  } else if (scale.source == transfer::ScaleSource::MeshScaled) {
+    const double size = bounding_box(mesh).diagonal();
+    say.note(
+        "the mesh file states no length unit, so the mesh is scaled until one texel shows one pixel of the history: it "
+        "is " +
+        short_number_text(rounded(size, 2)) + " mm from corner to corner; set the unit with " + unit_option);
+  }
+}
+
+void note_texels(const TexelMap& map, double pixel_mm, bool is_unwrapped, const Words& say) {
+  const double ratio = map.median_texel_size_mm() / pixel_mm;
+  note_ratio(ratio, ratio * map.sheet().tile_width, say);
+  if (ratio < kCoarse) note_large_texels(map, pixel_mm, is_unwrapped, say);
+}
+
+namespace {
 
 /// A surface on which texture makes no sense: of a few pixels of the history, around which every neighborhood would go
 /// many times, or of more than any history can be spread over.
@@ -104,12 +112,10 @@ Destination make_destination(const MeshSource& source, const AtlasOptions& optio
     atlas = make_atlas(source, mesh, chosen, say.phase("atlas"));
   note_atlas(source, atlas, say);
   scale_mesh(atlas.mesh, scale.mm_per_mesh_unit);
-  note_scale(scale, atlas.mesh, say);
+  note_scale(scale, atlas.mesh, "--unit", say);
   out.map = std::make_shared<TexelMap>(make_texel_map(source, atlas, chosen.resolution, say.phase("atlas")));
   out.atlas = std::make_shared<AtlasMesh>(std::move(atlas));
-  const double ratio = out.map->median_texel_size_mm() / out.texel_size_mm;
-  note_ratio(ratio, ratio * chosen.resolution, say);
-  if (ratio < kCoarse) note_large_texels(*out.map, out.texel_size_mm, out.atlas->is_unwrapped, say);
+  note_texels(*out.map, out.texel_size_mm, out.atlas->is_unwrapped, say);
   return out;
 }
 

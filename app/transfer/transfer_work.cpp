@@ -92,15 +92,15 @@ void note_mapping(const transfer::TransferControl& control, const ImageU8& cover
            control.destination + ":" + number_text(control.weight) + ":rank to match how often values occur");
 }
 
-std::vector<transfer::TransferControl> transfer_controls(std::span<const transfer::ControlSpec> specs,
-                                                         const HistoryReader& history, const TexelMap& map,
-                                                         const ControlKindOptions& kinds, const ControlSource& made_by,
-                                                         const Words& say) {
+}  // namespace
+
+std::vector<transfer::TransferControl> noted_controls(const History& history,
+                                                      std::span<const transfer::ControlSpec> specs, const TexelMap& map,
+                                                      const MakeControl& make, const Words& say) {
   std::vector<std::pair<float, float>> ranges;
   std::vector<transfer::TransferControl> controls = transfer::make_transfer_controls(
-      history, specs, map.coverage(), [&](std::size_t, const transfer::ControlSpec& spec) {
-        ControlMap made =
-            make_control_expression(spec.destination, map, kinds, say.phase("control " + spec.source), made_by);
+      history, specs, map.coverage(), [&](std::size_t i, const transfer::ControlSpec& spec) {
+        ControlMap made = make(i, spec);
         for (const std::string& note : made.notes) say.note(note);
         ranges.push_back(covered_range(made.values, map));
         return made;
@@ -115,6 +115,8 @@ std::vector<transfer::TransferControl> transfer_controls(std::span<const transfe
   note_library(history.facts().parts, controls, say);
   return controls;
 }
+
+namespace {
 
 /// A file that says what may be copied. @throws IoError
 ImageU8 read_source_mask(const std::filesystem::path& file, const HistoryReader& history) {
@@ -197,8 +199,14 @@ transfer::TransferTask transfer_task(const TransferRequest& request, const Words
   task.mm_per_mesh_unit = destination.mm_per_mesh_unit;
   task.input.texel_size_mm = destination.texel_size_mm;
   for (const transfer::ControlSpec& spec : specs) refuse_scene_maps(spec.destination, request.mesh.path);
-  task.input.controls = transfer_controls(specs, history, *task.input.map, request.kinds,
-                                          control_source(user_control_cache(request.cache.cache)), say);
+  const ControlSource made_by = control_source(user_control_cache(request.cache.cache));
+  task.input.controls = noted_controls(
+      history, specs, *task.input.map,
+      [&](std::size_t, const transfer::ControlSpec& spec) {
+        return make_control_expression(spec.destination, *task.input.map, request.kinds,
+                                       say.phase("control " + spec.source), made_by);
+      },
+      say);
   task.input.frames = make_flow(request.flow, *task.input.map, request.kinds.up, say);
   task.flow = task.input.frames ? std::filesystem::path(request.flow).filename().string() : "uv";
   task.input.appearance = transfer::appearance_source(history, request.cache);
@@ -208,14 +216,19 @@ transfer::TransferTask transfer_task(const TransferRequest& request, const Words
 
 std::vector<std::string> transfer_notes(const transfer::TransferManifest& made,
                                         const transfer::TransferOptions& asked) {
+  return transfer_notes(
+      {.structure = made.structure, .refused_line_share = made.refused_line_share, .used = made.measured_with}, asked);
+}
+
+std::vector<std::string> transfer_notes(const FoundStructure& found, const transfer::TransferOptions& asked) {
   std::vector<std::string> notes;
-  if (made.structure) notes.push_back(structure_text(*made.structure, asked.quality));
-  if (made.refused_line_share > 0.0) {
+  if (found.structure) notes.push_back(structure_text(*found.structure, asked.quality));
+  if (found.refused_line_share > 0.0) {
     notes.push_back(
-        "found no lines, because what looks like lines would cover " + percent_text(made.refused_line_share, 2) +
+        "found no lines, because what looks like lines would cover " + percent_text(found.refused_line_share, 2) +
         " of the source; to keep them whole, mark them in a control of the history and give --structure-map NAME");
   }
-  if (std::string turning = turning_text(asked.turning, made.measured_with.turning); !turning.empty())
+  if (std::string turning = turning_text(asked.turning, found.used.turning); !turning.empty())
     notes.push_back(std::move(turning));
   return notes;
 }

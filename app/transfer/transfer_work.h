@@ -4,7 +4,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -37,7 +39,24 @@ void check_request(const TransferRequest& request);
 /// Reads the history, the mesh and its controls: what is left to do is plan_transfer().
 /// @throws UsageError if what is asked for does not go together; IoError; InvalidInput; Canceled
 [[nodiscard]] transfer::TransferTask transfer_task(const TransferRequest& request, const Words& say);
-/// Notes for the user about a finished transfer: which lines were found, whether pieces turned.
+/// Makes the map of a control on the surface.
+using MakeControl = std::function<ControlMap(std::size_t number, const transfer::ControlSpec& spec)>;
+/// Controls of the history with their maps; notes say what a user should know of each. Of a library, the control that
+/// chooses the history is one of the first two.
+[[nodiscard]] std::vector<transfer::TransferControl> noted_controls(const History& history,
+                                                                    std::span<const transfer::ControlSpec> specs,
+                                                                    const TexelMap& map, const MakeControl& make,
+                                                                    const Words& say);
+
+/// What a transfer found in its history.
+struct FoundStructure {
+  std::optional<transfer::StructureFacts> structure;
+  double refused_line_share = 0.0;
+  transfer::TransferOptions used;
+};
+/// What a user should know of a transfer that is made: which lines were found, whether pieces turned.
+[[nodiscard]] std::vector<std::string> transfer_notes(const FoundStructure& found,
+                                                      const transfer::TransferOptions& asked);
 [[nodiscard]] std::vector<std::string> transfer_notes(const transfer::TransferManifest& made,
                                                       const transfer::TransferOptions& asked);
 

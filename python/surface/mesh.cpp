@@ -1,6 +1,9 @@
 #include <cmath>
+#include <span>
 #include <utility>
 
+#include "libcommon/core/hash.h"
+#include "libcommon/geometry/mesh_key.h"
 #include "patinate/atlas/unwrap.h"
 #include "patinate/core/error.h"
 #include "patinate/mesh_files/mesh_io.h"
@@ -163,6 +166,7 @@ void define_work(MeshClass& type) {
                   run_interruptibly({}, [=](const RunControl&) { write_obj(path, *mesh.value); });
                 });
   define_copies(type);
+  define_equality<PyMesh>(type, [](const PyMesh& mesh) { return mesh_identity(*mesh.value); });
   type.def(py::pickle(
       [](const py::object& self) {
         const PyMesh& mesh = py::cast<const PyMesh&>(self);
@@ -194,6 +198,13 @@ void define_work(MeshClass& type) {
 }
 
 }  // namespace
+
+std::string mesh_identity(const Mesh& mesh) {
+  ContentHash hash;
+  hash.add(mesh_content_key(mesh)).add(std::as_bytes(std::span(mesh.triangle_surface)));
+  for (const Mesh::Surface& s : mesh.surfaces) hash.add(s.node).add(s.material);
+  return hash.hex();
+}
 
 MeshesByPath meshes_from(const char* function, const py::object& given, const std::filesystem::path& folder) {
   MeshesByPath out;

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <string>
 
 #include "patinate/controls/control_map.h"
 #include "patinate/geometry/mesh.h"
@@ -25,8 +26,12 @@ using MeshesByPath = std::map<std::filesystem::path, std::shared_ptr<const Mesh>
 [[nodiscard]] MeshesByPath meshes_from(const char* function, const pybind11::object& given,
                                        const std::filesystem::path& folder);
 
+/// Equal for meshes of equal numbers, nodes and materials.
+[[nodiscard]] std::string mesh_identity(const Mesh& mesh);
+
 struct PySurface {
   transfer::AgingSurface value;
+  bool has_unit = true;  ///< Somebody said the unit of the mesh; else its size was chosen.
 };
 
 /// Part of an AgeOptions: what makes a surface of a mesh.

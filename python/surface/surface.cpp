@@ -1,7 +1,14 @@
 #include <pybind11/stl.h>
 
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "patinate/controls/control_kinds.h"
 #include "patinate/image/image_io.h"
@@ -53,6 +60,10 @@ void bind_control(py::module_& module) {
     return out;
   });
   define_copies(type);
+  define_equality<ControlMap>(type, [](const ControlMap& map) {
+    ContentHash hash;
+    return hash.add(std::as_bytes(map.values.values())).add(map.low).add(map.high).add(map.unit).hex();
+  });
   define_method(type, FunctionText("__repr__", "In a line.").returns("str"), [](const ControlMap& map) {
     return "<patinate.ControlMap: " + std::to_string(map.values.width()) + " x " + std::to_string(map.values.height()) +
            ", " + short_number_text(map.low) + " to " + short_number_text(map.high) +
@@ -83,17 +94,64 @@ void bind_control(py::module_& module) {
       });
 }
 
+std::string surface_identity(const PySurface& surface) {
+  const transfer::AgingSurface& s = surface.value;
+  ContentHash hash;
+  hash.add(mesh_identity(s.atlas->mesh)).add(std::int64_t{s.map->sheet().tile_width});
+  for (const std::string& name : s.atlas->tile_names()) hash.add(name);
+  return hash.add(s.texel_size_mm).add(s.mm_per_mesh_unit).hex();
+}
+
+py::tuple surface_state(const PySurface& surface) {
+  const transfer::AgingSurface& s = surface.value;
+  const AtlasMesh& atlas = *s.atlas;
+  py::list tiles;
+  for (const AtlasTile& t : atlas.tiles)
+    tiles.append(py::make_tuple(t.name, t.origin.x(), t.origin.y(), t.shift.x(), t.shift.y(), t.scale));
+  return py::make_tuple(PyMesh{std::shared_ptr<const Mesh>(s.atlas, &atlas.mesh)}, static_cast<int>(atlas.rule), tiles,
+                        array_of(atlas.triangle_tile), atlas.is_unwrapped, atlas.notes, s.map->sheet().tile_width,
+                        s.texel_size_mm, s.mm_per_mesh_unit, s.name, s.unit, surface.has_unit);
+}
+
+std::shared_ptr<PySurface> surface_of_state(const py::tuple& state) {
+  auto atlas = std::make_shared<AtlasMesh>();
+  atlas->mesh = *py::cast<const PyMesh&>(state[0]).value;
+  atlas->rule = static_cast<UvLayoutRule>(py::cast<int>(state[1]));
+  for (const py::handle tile : state[2]) {
+    const auto t = py::cast<py::tuple>(tile);
+    const auto number = [&](int i) { return py::cast<double>(t[i]); };
+    atlas->tiles.push_back({.name = py::cast<std::string>(t[0]),
+                            .origin = {number(1), number(2)},
+                            .shift = {number(3), number(4)},
+                            .scale = number(5)});
+  }
+  atlas->triangle_tile = py::cast<std::vector<int>>(state[3]);
+  atlas->is_unwrapped = py::cast<bool>(state[4]);
+  atlas->notes = py::cast<std::vector<std::string>>(state[5]);
+  auto map = std::make_shared<const TexelMap>(make_texel_map(*atlas, py::cast<int>(state[6])));
+  return std::make_shared<PySurface>(PySurface{.value = {.atlas = atlas,
+                                                         .map = std::move(map),
+                                                         .texel_size_mm = py::cast<double>(state[7]),
+                                                         .mm_per_mesh_unit = py::cast<double>(state[8]),
+                                                         .name = py::cast<std::string>(state[9]),
+                                                         .unit = py::cast<std::optional<std::string>>(state[10])},
+                                               .has_unit = py::cast<bool>(state[11])});
+}
+
 PySurface make_surface(const PyMesh& mesh, const py::kwargs& kwargs) {
   Keywords keywords("Surface", kwargs);
   SurfaceKeywords options;
   keywords.read(options);
   const RunArguments run = keywords.run();
   keywords.finish();
-  return {result_of(run, [=](const RunControl& control) {
-    transfer::AgingSurface surface = transfer::make_aging_surface(*mesh.value, options.age, nullptr, control);
-    surface.name = mesh.name;
-    return surface;
-  })};
+  return {.value = result_of(run,
+                             [=](const RunControl& control) {
+                               transfer::AgingSurface surface =
+                                   transfer::make_aging_surface(*mesh.value, options.age, nullptr, control);
+                               surface.name = mesh.name;
+                               return surface;
+                             }),
+          .has_unit = options.age.mm_per_unit.has_value()};
 }
 
 }  // namespace
@@ -116,6 +174,8 @@ void bind_surface(py::module_& module) {
     return PyMesh{std::shared_ptr<const Mesh>(s.value.map, &s.value.map->mesh())};
   });
   define_copies(type);
+  define_equality<PySurface>(type, &surface_identity);
+  type.def(py::pickle(&surface_state, &surface_of_state));
   define_method(type, FunctionText("__repr__", "In a line.").returns("str"), [](const PySurface& s) {
     return "<patinate.Surface `" + s.value.name + "`: " + std::to_string(s.value.map->width()) + " x " +
            std::to_string(s.value.map->height()) + " texels>";

@@ -1,7 +1,14 @@
+#include <algorithm>
+#include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "app/request/history_library.h"
+#include "app/transfer/transfer_work.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
@@ -9,7 +16,7 @@
 #include "patinate/transfer/transfer_io.h"
 #include "patinate/transfer/transfer_reader.h"
 #include "python/bindings.h"
-#include "python/history/py_history.h"
+#include "python/history/given_history.h"
 #include "python/support/arrays.h"
 #include "python/support/device_keyword.h"
 #include "python/support/immutable.h"
@@ -83,15 +90,6 @@ ControlMap laid_map(const ControlMap& given, const std::string& name, const Texe
                      " x " + std::to_string(map.width()) + " texels (Surface(mesh) says where they lie)");
 }
 
-PyHistory history_from(const py::object& given) {
-  if (py::isinstance<PyHistory>(given)) return py::cast<const PyHistory&>(given);
-  if (!py::isinstance<py::str>(given) && !py::hasattr(given, "__fspath__"))
-    wrong_type(kFunction, "history", given, "a History, or the path of one");
-  const std::string path = path_from(given);
-  return {result_of(
-      {}, [=](const RunControl&) { return std::make_shared<const HistoryReader>(app::library_place(path)); })};
-}
-
 PyAged transferred(const PyHistory& history, const py::object& destination, const py::object& given,
                    const py::kwargs& kwargs) {
   Keywords keywords(kFunction, kwargs);
@@ -105,65 +103,80 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
   const bool is_surface = py::isinstance<PySurface>(destination);
   if (!is_surface && !py::isinstance<PyMesh>(destination))
     wrong_type(kFunction, "destination", destination, "a Mesh or a Surface");
-  const transfer::AgingSurface ready =
-      is_surface ? py::cast<const PySurface&>(destination).value : transfer::AgingSurface{};
+  const PySurface ready = is_surface ? py::cast<const PySurface&>(destination) : PySurface{};
   const PyMesh given_mesh = is_surface ? PyMesh{} : py::cast<const PyMesh&>(destination);
   const std::shared_ptr<const Mesh> mesh = given_mesh.value;
+  const auto said = std::make_shared<std::vector<std::string>>();
   PyAged aged{std::make_shared<const transfer::AgedMesh>(result_of(run, [=](const RunControl& control) {
     transfer::AgeOptions age = options.age;
     if (age.transfer.method == transfer::TransferMethod::Fast)
       age.device = app::open_search_device(device.options(), device.words());
     else if (device.options().device != "auto" && device.options().device != "cpu")
       throw InvalidInput("device: method \"reference\" runs on the CPU; leave device out");
+    const HistoryFacts& facts = history.value->facts();
     transfer::AgingSurface surface =
-        mesh == nullptr
-            ? ready
-            : transfer::make_aging_surface(*mesh, options.age, &history.value->facts(), control.part(0.0, 0.2));
+        mesh == nullptr ? ready.value
+                        : transfer::make_aging_surface(*mesh, options.age, &facts, control.part(0.0, 0.2));
     if (mesh != nullptr) surface.name = given_mesh.name;
-    std::vector<transfer::TransferControl> pairs = transfer::make_transfer_controls(
-        *history.value, asked.specs, surface.map->coverage(), [&](std::size_t i, const transfer::ControlSpec& spec) {
+    const bool knows_unit = mesh == nullptr ? ready.has_unit : age.mm_per_unit.has_value();
+    const bool knows_pixel = mesh == nullptr || age.texel_size_mm || facts.texel_size_mm;
+    const app::Words say = collecting(said);
+    note_sizes(surface,
+               !knows_unit    ? transfer::ScaleSource::MeshScaled
+               : !knows_pixel ? transfer::ScaleSource::PixelAssumed
+                              : transfer::ScaleSource::Known,
+               say);
+    std::vector<transfer::TransferControl> pairs = app::noted_controls(
+        *history.value, asked.specs, *surface.map,
+        [&](std::size_t i, const transfer::ControlSpec& spec) {
           const double begin = 0.2 + 0.2 * static_cast<double>(i) / static_cast<double>(asked.specs.size());
           return asked.maps[i] ? laid_map(*asked.maps[i], spec.source, *surface.map)
                                : make_control_expression(spec.destination, *surface.map, options.age.controls,
                                                          control.part(begin, begin));
-        });
-    return transfer::age_surface(history.value, surface, std::move(pairs), age, control.part(0.4, 1.0));
+        },
+        say);
+    transfer::AgedMesh made =
+        transfer::age_surface(history.value, surface, std::move(pairs), age, control.part(0.4, 1.0));
+    for (const std::string& note :
+         app::transfer_notes(app::FoundStructure{made.structure, made.refused_line_share, made.used}, made.asked))
+      say.note(note);
+    return made;
   }))};
+  aged.notes = *said;
   device.warn();
   return aged;
 }
 
-/// Where its texels lie; of one that was read made when it is asked for.
-PySurface surface_of(const transfer::AgedMesh& aged) {
-  PySurface surface{aged.surface};
-  if (!surface.value.map)
-    surface.value.map =
-        std::make_shared<const TexelMap>(make_texel_map(*surface.value.atlas, aged.folder->manifest().width));
-  return surface;
+/// Index of a tile; nothing for None. @throws InvalidInput listing those that there are.
+std::optional<int> tile_from(const py::object& given, const Sheet& sheet) {
+  if (given.is_none()) return std::nullopt;
+  const auto name = py::cast<std::string>(given);
+  const auto found = std::find(sheet.names.begin(), sheet.names.end(), name);
+  if (found != sheet.names.end()) return static_cast<int>(found - sheet.names.begin());
+  std::string list;
+  for (const std::string& each : sheet.names) list += (list.empty() ? "`" : "`, `") + each;
+  throw InvalidInput("tile: found `" + name + "`; expected one of " + list + "`");
 }
 
-/// The tiles of one square alone are the texture itself.
-py::object tiles_of(ImageF values, const Sheet& sheet) {
-  if (sheet.num_tiles() == 1) return array_of(std::move(values));
-  py::list out;
-  for (int i = 0; i < sheet.num_tiles(); ++i) out.append(array_of(cut_tile(values, sheet, i)));
-  return out;
-}
+using Look = std::function<ImageF(double time, const RunControl& control)>;
 
-/// Textures as tiles_of(), each tile with the times as its first axis.
-py::object textures_at(const std::shared_ptr<const transfer::AgedMesh>& aged, const std::vector<double>& times,
-                       const SamplingOptions& options, const RunArguments& run) {
-  const Sheet& sheet = aged->sheet();
-  std::vector<py::list> by_tile(static_cast<std::size_t>(sheet.num_tiles()));
-  for (const double time : times) {
-    const ImageF values =
-        result_of(run, [=](const RunControl& control) { return aged->texture(time, options.between, control); });
-    for (int i = 0; i < sheet.num_tiles(); ++i) by_tile[i].append(array_of(cut_tile(values, sheet, i)));
-  }
-  if (by_tile.size() == 1) return stacked(by_tile.front());
-  py::list out;
-  for (const py::list& tile : by_tile) out.append(stacked(tile));
-  return out;
+/// Images at one time, or at several with the times as first axis; over the sheet, or of one tile.
+py::object looks_at(const AskedTime& at, const Sheet& sheet, std::optional<int> tile, const RunArguments& run,
+                    const Look& look) {
+  const std::vector<double> times = at.several.value_or(std::vector<double>{at.one});
+  std::vector<ImageF> images = result_of(run, [=](const RunControl& control) {
+    std::vector<ImageF> out;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const auto n = static_cast<double>(times.size()), k = static_cast<double>(i);
+      ImageF image = look(times[i], control.part(k / n, (k + 1.0) / n));
+      out.push_back(tile ? cut_tile(image, sheet, *tile) : std::move(image));
+    }
+    return out;
+  });
+  if (!at.several) return array_of(std::move(images.front()));
+  py::list arrays;
+  for (ImageF& image : images) arrays.append(array_of(std::move(image)));
+  return stacked(arrays);
 }
 
 void define_facts(AgedClass& type) {
@@ -207,6 +220,15 @@ void define_facts(AgedClass& type) {
   define_property(
       type, "coverage", "npt.NDArray[np.bool_]", "H x W over the sheet: where texels show the surface.",
       [](const py::object& self) { return mask_array(ImageU8(py::cast<const PyAged&>(self).value->coverage)); });
+  define_property(
+      type, "notes", "list[str]",
+      "What one should know of it, as the command says it: sizes that were chosen, controls without effect, "
+      "lines that were found.",
+      [](const PyAged& aged) {
+        py::list out;
+        for (const std::string& note : notes_of(aged)) out.append(note);
+        return out;
+      });
   define_property(type, "energy", "dict[str, Any]",
                   "The figures of transfer.json: energy, its parts, control error, coherence.",
                   [](const PyAged& aged) { return object_of(energy_json(aged.value->energy)); });
@@ -236,51 +258,62 @@ void define_save(AgedClass& type) {
       });
 }
 
+constexpr const char* kTileType = "str | None";
+constexpr const char* kTileHelp = "One of `tiles`; None: all of them, over the sheet as coverage";
+
 void define_looks(AgedClass& type) {
   define_method(type,
                 FunctionText("texture", "The surface's color at a time, gutters filled.")
                     .takes("time", "float | npt.ArrayLike",
                            "In the history's unit, clamped to its ends; or a list of times; or H x W over the sheet, a "
                            "time for every texel")
+                    .keyword("tile", kTileType, "None", kTileHelp)
                     .options<SamplingOptions>()
                     .runs()
-                    .returns("npt.NDArray[np.float32] | list[npt.NDArray[np.float32]]",
-                             "H x W x 3, linear; of a list of times T x H x W x 3; of several tiles one each")
+                    .returns("npt.NDArray[np.float32]", "H x W x 3, linear; of a list of times T x H x W x 3")
                     .raises("InvalidInput if a time is NaN or the sizes differ; IoError"),
-                [](const PyAged& aged, const py::object& time, const py::kwargs& kwargs) -> py::object {
+                [](const PyAged& aged, const py::object& time, const py::kwargs& kwargs) {
                   Keywords keywords("texture", kwargs);
                   SamplingOptions options;
                   keywords.read(options);
+                  const py::object tile = keywords.object("tile");
                   const RunArguments run = keywords.run();
                   keywords.finish();
-                  const AskedTime at = time_from(time);
-                  if (at.several) return textures_at(aged.value, *at.several, options, run);
-                  ImageF texture = result_of(run, [=](const RunControl& control) {
-                    return at.map ? aged.value->texture(*at.map, options.between, control)
-                                  : aged.value->texture(at.one, options.between, control);
-                  });
-                  return tiles_of(std::move(texture), aged.value->sheet());
+                  const AskedTime at = time_from("texture", time);
+                  const Sheet& sheet = aged.value->sheet();
+                  return looks_at(at, sheet, tile_from(tile, sheet), run,
+                                  [=, of = aged.value](double t, const RunControl& control) {
+                                    return at.map ? of->texture(*at.map, options.between, control)
+                                                  : of->texture(t, options.between, control);
+                                  });
                 });
-  define_method(type,
-                FunctionText("material_map",
-                             "What the history's frames hold beside color, on the surface: relief, gloss, deviation.")
-                    .takes("name", "str", "One of history.material_maps")
-                    .takes("time", "float", "In the history's unit")
-                    .options<SamplingOptions>()
-                    .runs()
-                    .returns("npt.NDArray[np.float32]", "H x W x 3 or H x W over the sheet, gutters filled")
-                    .raises("InvalidInput if the history's frames do not hold it; IoError"),
-                [](const PyAged& aged, const std::string& name, double time, const py::kwargs& kwargs) {
-                  Keywords keywords("material_map", kwargs);
-                  SamplingOptions options;
-                  keywords.read(options);
-                  const RunArguments run = keywords.run();
-                  keywords.finish();
-                  const MaterialMap map = material_map_from(name);
-                  return array_of(result_of(run, [=](const RunControl& control) {
-                    return aged.value->material_map(map, time, options.between, control);
-                  }));
-                });
+  define_method(
+      type,
+      FunctionText("material_map",
+                   "What the history's frames hold beside color, on the surface: relief, gloss, deviation.")
+          .takes("name", "str", "One of history.material_maps")
+          .takes("time", "float | Sequence[float]", "In the history's unit; or a list of times")
+          .keyword("tile", kTileType, "None", kTileHelp)
+          .options<SamplingOptions>()
+          .runs()
+          .returns("npt.NDArray[np.float32]", "H x W x 3 or H x W, gutters filled; of a list of times T x H x W (x 3)")
+          .raises("InvalidInput if the history's frames do not hold it; IoError"),
+      [](const PyAged& aged, const std::string& name, const py::object& time, const py::kwargs& kwargs) {
+        Keywords keywords("material_map", kwargs);
+        SamplingOptions options;
+        keywords.read(options);
+        const py::object tile = keywords.object("tile");
+        const RunArguments run = keywords.run();
+        keywords.finish();
+        const AskedTime at = time_from("material_map", time);
+        if (at.map) throw InvalidInput("time: expected a number, or a list of numbers");
+        const MaterialMap map = material_map_from(name);
+        const Sheet& sheet = aged.value->sheet();
+        return looks_at(at, sheet, tile_from(tile, sheet), run,
+                        [=, of = aged.value](double t, const RunControl& control) {
+                          return of->material_map(map, t, options.between, control);
+                        });
+      });
 }
 
 void bind_gather(py::module_& module) {
@@ -311,10 +344,10 @@ void bind_gather(py::module_& module) {
 
 }  // namespace
 
-AskedTime time_from(const py::object& time) {
+AskedTime time_from(const std::string& function, const py::object& time) {
   py::array array = py::array::ensure(time);
-  if (!array) wrong_type("texture", "time", time, "a number, a list of numbers, or H x W numbers");
-  if (array.ndim() == 0) {  // The time stays as precise as it is given: what is held changes at a frame's very time.
+  if (!array) wrong_type(function, "time", time, "a number, a list of numbers, or H x W numbers");
+  if (array.ndim() == 0) {  // As precise as it is given: what is held changes at a frame's very time.
     const double one = PyFloat_AsDouble(time.ptr());
     if (one == -1.0 && PyErr_Occurred() != nullptr) throw py::error_already_set();
     return {.one = one};
@@ -364,7 +397,9 @@ void bind_transfer(py::module_& module) {
           .returns("AgedMesh")
           .raises("ParseError if a control cannot be read; InvalidInput; IoError"),
       [](const py::object& history, const py::object& destination, const py::object& controls,
-         const py::kwargs& kwargs) { return transferred(history_from(history), destination, controls, kwargs); });
+         const py::kwargs& kwargs) {
+        return transferred(history_from(kFunction, "history", history), destination, controls, kwargs);
+      });
 }
 
 }  // namespace patinate::python

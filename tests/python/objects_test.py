@@ -42,6 +42,31 @@ class Objects(PythonCase):
         np.testing.assert_array_equal(again.values, control.values)
         self.assertEqual((again.low, again.high, again.unit, again.notes), (control.low, control.high, control.unit, control.notes))
 
+    def test_surfaces_are_pickled_with_their_texels(self):
+        tiles = patinate.mesh_from_arrays([[0, 0, 0], [1, 0, 0], [2, 0, 0.5], [2, 1, 0.5], [1, 1, 0], [0, 1, 0]], [[0, 1, 4], [0, 4, 5], [1, 2, 3], [1, 3, 4]],
+                                          uvs=[[0.05, 0.05], [0.95, 0.05], [0.95, 0.95], [0.05, 0.95], [1.05, 0.05], [1.95, 0.05], [1.95, 0.95], [1.05, 0.95]],
+                                          uv_triangles=[[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
+        for surface in (self.surface, patinate.Surface(self.mesh, resolution=40, atlas="unwrap", mm_per_unit=10), patinate.Surface(tiles, resolution=32), self.aged.surface):
+            again = pickle.loads(pickle.dumps(surface))
+            self.assertEqual(again, surface)
+            for name in ("positions", "normals", "coverage"):
+                np.testing.assert_array_equal(getattr(again, name)(), getattr(surface, name)(), name)
+            self.assertEqual((repr(again), again.texel_size_mm, again.notes), (repr(surface), surface.texel_size_mm, surface.notes))
+        made = [patinate.transfer(self.history, surface, "facing").coordinates for surface in (self.surface, pickle.loads(pickle.dumps(self.surface)))]
+        np.testing.assert_array_equal(*made)
+
+    def test_equal_values_are_equal_objects(self):
+        mesh = patinate.read_mesh(self.work / "urn/mesh.obj")
+        pairs = ((mesh, self.mesh, self.aged.mesh), (patinate.Surface(mesh, resolution=48), self.surface, patinate.Surface(mesh, resolution=32)),
+                 (self.surface.control("facing"), self.surface.control("facing"), self.surface.control("height")))
+        for one, other, different in pairs:
+            self.assertIsNot(one, other)
+            self.assertEqual(one, other)
+            self.assertEqual(hash(one), hash(other))
+            self.assertNotEqual(one, different)
+            self.assertNotEqual(one, 7)
+            self.assertEqual(len({one, other, different}), 2)
+
     def test_a_pickled_folder_is_found_from_anywhere(self):
         here = pathlib.Path.cwd()
         try:

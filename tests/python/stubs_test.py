@@ -18,8 +18,15 @@ import patinate
 history: patinate.History = patinate.history_from_arrays(np.zeros((2, 8, 8, 3), np.float32), [0, 1], name="x")
 aged = patinate.transfer(history, patinate.read_mesh("mesh.obj"), {"x": "facing"}, resolution=64, on_progress=print)
 texture = aged.texture(0.5, between="hold")
+shape: tuple[int, ...] = texture.shape + aged.texture([0, 1], tile=aged.tiles[0]).shape + aged.material_map("height", [0.0, 1.0]).shape
+notes: list[str] = aged.notes
 simulation = patinate.Simulation("scene.json", resolution=64)
 simulation.step(count=3)
+again = patinate.Simulation("saved")
+patinate.simulate({"materials": []}, "simulated", meshes={"plate": patinate.read_mesh("mesh.obj")})
+patinate.fit({"materials": []}, "history", {"/rules/0/rate": (0, 1)}, folder="here")
+patinate.trim(history, "trimmed")
+patinate.combine([history, "other"], "both")
 picture = patinate.render(aged, num_times=3, up="z", views=["front"])
 patinate.export("aged", "aged.glb", times=[0, 1])
 nearest: list[str] = list(patinate.library(like=texture))

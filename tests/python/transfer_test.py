@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Transfers, lookups and evaluations in Python."""
 import json
+import subprocess
 
 import numpy as np
 import patinate
@@ -89,6 +90,48 @@ class Transfer(PythonCase):
         texture = aged.texture(self.history.times[-1])[covered]
         np.testing.assert_array_equal(texture, folder.texture(self.history.times[-1])[covered])
         self.assertFalse(np.array_equal(texture, self.history.frame(-1)[at[:, 1], at[:, 0]]))
+
+    def test_notes_are_what_the_command_says(self):
+        said = subprocess.run([self.patinate, "transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "noted"], cwd=self.work, capture_output=True, text=True, timeout=300)
+        self.assertEqual(said.returncode, 0, said.stderr)
+        lines = [line.replace("--unit", "mm_per_unit").replace("--", "") for line in said.stderr.splitlines()]
+        self.assertTrue(self.aged.notes)
+        for note in self.aged.notes:
+            self.assertIn(note, lines)
+        self.assertIn("states no length unit", self.aged.notes[0])
+        read = patinate.read_transfer(self.work / "noted").notes
+        self.assertLessEqual(set(read), set(self.aged.notes))  # A folder does not hold what was said of its controls.
+        self.assertIn(self.aged.notes[0], read)
+        known = patinate.transfer(self.history, self.mesh, "facing", resolution=64, mm_per_unit=10)
+        self.assertFalse([note for note in known.notes if "length unit" in note])
+        flat = np.where(self.aged.coverage, 0.5, 0).astype(np.float32)
+        even = patinate.transfer(self.history, patinate.Surface(self.mesh, resolution=64), {"thickness": flat})
+        self.assertTrue([note for note in even.notes if "this control has no effect" in note], even.notes)
+
+    def test_material_maps_at_several_times_have_the_times_first(self):
+        metal = patinate.appearance(self.history, self.work / "metal_for_maps", metalness=1, roughness=0.35)
+        aged = patinate.transfer(metal, self.mesh, "facing", resolution=32)
+        maps = aged.material_map("roughness", [0, 10])
+        self.assertEqual(maps.shape, (2, 32, 32))
+        np.testing.assert_array_equal(maps[1], aged.material_map("roughness", 10))
+        self.assertEqual(aged.material_map("tint" if "tint" in metal.material_maps else "metalness", [0]).shape[0], 1)
+        self.line_of(patinate.InvalidInput, lambda: aged.material_map("roughness", [[0.0, 1.0]]))
+        self.line_of(TypeError, lambda: aged.material_map("roughness", "soon"))
+
+    def test_textures_of_tiles_lie_over_the_sheet_or_are_given_one_by_one(self):
+        (self.work / "tiles.obj").write_text("v 0 0 0\nv 1 0 0\nv 2 0 0.5\nv 2 1 0.5\nv 1 1 0\nv 0 1 0\nvt 0.05 0.05\nvt 0.95 0.05\nvt 0.95 0.95\nvt 0.05 0.95\nvt 1.05 0.05\nvt 1.95 0.05\nvt 1.95 0.95\nvt 1.05 0.95\n"
+                                             "f 1/1 2/2 5/3 6/4\nf 2/5 3/6 4/7 5/8\n")
+        aged = patinate.transfer(self.history, patinate.read_mesh(self.work / "tiles.obj"), "facing", resolution=32)
+        self.assertEqual(aged.tiles, ["1001", "1002"])
+        last = self.history.times[-1]
+        sheet = aged.texture(last)
+        self.assertEqual(sheet.shape[:2], aged.coverage.shape)
+        tiles = [aged.texture(last, tile=name) for name in aged.tiles]
+        self.assertEqual([tile.shape for tile in tiles], [(32, 32, 3)] * 2)
+        self.assertEqual(aged.texture([0, last], tile="1002").shape, (2, 32, 32, 3))
+        parts = [sheet[y:y + 32, x:x + 32] for y in range(sheet.shape[0] - 31) for x in range(sheet.shape[1] - 31)]  # Margins lie around tiles.
+        self.assertTrue(all(any(np.array_equal(part, tile) for part in parts) for tile in tiles))
+        self.assertIn("`1001`, `1002`", self.line_of(patinate.InvalidInput, lambda: aged.texture(0, tile="1003")))
 
     def test_a_time_map_gives_each_texel_its_own_time(self):
         times = np.linspace(self.history.times[0], self.history.times[-1], 64 * 64, dtype=np.float32).reshape(64, 64)

@@ -81,6 +81,8 @@ TransferOptions read_measure(JsonReader json) {
   o.coherence_share = 0.65;
   o.neighborhood_radius_px = 3;
   o.appearance.structure = json.has("structure") ? json.member("structure").number(between(0, 10)) : 0.0;
+  if (json.has("quality"))
+    o.quality = static_cast<TransferQuality>(json.member("quality").choice(kTransferQualityNames));
   if (json.has("structure_map")) o.appearance.structure_map = json.member("structure_map").string();
   const auto put = [&](const char* name, int& value, const Range& range) {
     if (json.has(name)) value = static_cast<int>(json.member(name).integer(range));

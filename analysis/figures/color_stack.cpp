@@ -42,18 +42,6 @@ ImageF reduced(ImageF image, const ImageU8& mask, const ImageF& coverage) {
   return out;
 }
 
-/// Mask of what all frames around the times show.
-ImageU8 common_mask(const TextureSeries& series, const std::vector<double>& times) {
-  ImageU8 mask = series.mask(times.front());
-  const std::vector<FrameFacts>& frames = series.facts().frames;
-  if (std::none_of(frames.begin(), frames.end(), [](const FrameFacts& f) { return f.has_mask; })) return mask;
-  for (double time : times) {
-    const ImageU8 now = series.mask(time);
-    for (std::int64_t i = 0; i < mask.num_pixels(); ++i) mask.data()[i] &= now.data()[i];
-  }
-  return mask;
-}
-
 }  // namespace
 
 ImageU8 ColorStack::mask() const {
@@ -91,6 +79,17 @@ StackSize stack_size(int width, int height, int size) {
     return std::max(1, static_cast<int>(std::lround(static_cast<double>(side) * size / longer)));
   };
   return {scaled(width), scaled(height)};
+}
+
+ImageU8 common_mask(const TextureSeries& series, const std::vector<double>& times) {
+  ImageU8 mask = series.mask(times.front());
+  const std::vector<FrameFacts>& frames = series.facts().frames;
+  if (std::none_of(frames.begin(), frames.end(), [](const FrameFacts& f) { return f.has_mask; })) return mask;
+  for (double time : times) {
+    const ImageU8 now = series.mask(time);
+    for (std::int64_t i = 0; i < mask.num_pixels(); ++i) mask.data()[i] &= now.data()[i];
+  }
+  return mask;
 }
 
 StackSize stack_size(const TextureSeries& series, int size) {

@@ -57,6 +57,8 @@ struct StackSize {
   int height = 0;
 };
 [[nodiscard]] StackSize stack_size(const TextureSeries& series, int size);
+/// Mask (0 / 255) of the places that show the surface's own color at all of the times.
+[[nodiscard]] ImageU8 common_mask(const TextureSeries& series, const std::vector<double>& times);
 
 /// Pixels of the stack are means over the surface that they cover; those of which less than half shows it at some time
 /// are excluded.

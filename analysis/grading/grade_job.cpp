@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "analysis/grading/grade_report.h"
+#include "analysis/grading/panel_mask.h"
 #include "libcommon/core/text.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/error.h"

@@ -106,7 +106,4 @@ struct GradeRequest {
 [[nodiscard]] GradedSurface grade_surface(const TextureSeries& series, GradeRequest request,
                                           const RunControl& control = {});
 
-/// Mask of a polygon. @param corners_mm  x, y of three corners or more. @throws InvalidInput if it lies outside.
-[[nodiscard]] ImageU8 polygon_mask(int width, int height, double pixel_mm, const std::vector<double>& corners_mm);
-
 }  // namespace patinate::analysis

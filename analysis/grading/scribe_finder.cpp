@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "analysis/grading/panel_mask.h"
 #include "libcommon/core/median.h"
 #include "libcommon/metrics/color_curves.h"
 
@@ -30,15 +31,6 @@ cv::Mat lightness_of(const ImageF& color) {
     }
   }
   return out;
-}
-
-/// Pixels at least `margin` from the outside of the panel.
-cv::Mat inner_part(const ImageU8& mask, int margin) {
-  cv::Mat inside = cv::Mat::zeros(mask.height() + 2, mask.width() + 2, CV_8U), distance;
-  for (int y = 0; y < mask.height(); ++y) std::copy(mask.row(y).begin(), mask.row(y).end(), inside.ptr(y + 1) + 1);
-  cv::distanceTransform(inside, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-  const cv::Mat inner = distance(cv::Rect(1, 1, mask.width(), mask.height())) > static_cast<double>(margin);
-  return inner.clone();
 }
 
 float median_where(const cv::Mat& values, const cv::Mat& inner) {
@@ -148,7 +140,8 @@ double length_of(const std::optional<Scribe>& s) { return s ? std::hypot(s->x1 -
 
 std::optional<Scribe> find_scribe(const ImageF& color, const ImageU8& mask, double pixel_mm) {
   const int margin = std::max(2, static_cast<int>(std::ceil(kMaxWidth_mm / pixel_mm)));
-  const cv::Mat inner = inner_part(mask, margin);
+  ImageU8 inside = without_edge(mask, margin);
+  const cv::Mat inner(mask.height(), mask.width(), CV_8U, inside.data());
   const cv::Rect box = cv::boundingRect(inner);
   if (box.empty()) return std::nullopt;
   const double least_px = kLeastLength * std::min(box.width, box.height);

@@ -7,6 +7,7 @@
 #include "analysis/grading/gloss_units.h"
 #include "analysis/grading/grade_limits.h"
 #include "analysis/grading/grade_times.h"
+#include "analysis/grading/panel_mask.h"
 #include "analysis/grading/region_figures.h"
 #include "analysis/grading/rust_map.h"
 #include "libcommon/core/random.h"

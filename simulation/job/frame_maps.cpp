@@ -31,12 +31,6 @@ bool has_metal(const Scene& scene) {
                      [](const SceneObject& object) { return object.preset.metalness > 0.0; });
 }
 
-ImageF dilated_metalness(Simulation& simulation) {
-  ImageF metal = metalness_of(simulation);
-  dilate(metal, simulation.coverage(), -1);
-  return metal;
-}
-
 /// Strength and roughness.
 ImageF gloss_of(const ImageU8& specular) {
   ImageF out(specular.width(), specular.height(), 2);
@@ -93,6 +87,13 @@ ImageF metalness_of(const Simulation& simulation) {
       cover.data()[i] += strength * std::max(0.0f, now.data()[i] - before.data()[i]);
   }
   for (std::int64_t i = 0; i < metal.num_pixels(); ++i) metal.data()[i] *= std::max(0.0f, 1.0f - cover.data()[i]);
+  return metal;
+}
+
+ImageF dilated_metalness(Simulation& simulation) {
+  ImageF metal = metalness_of(simulation);
+  if (metal.empty()) return metal;
+  dilate(metal, simulation.coverage(), -1);
   return metal;
 }
 

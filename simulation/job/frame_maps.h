@@ -21,6 +21,8 @@ namespace patinate::simulation {
 /// Bare metal, less what has come to lie on it: H x W x 1, not dilated. Empty where no preset has metalness. Water does
 /// not cover.
 [[nodiscard]] ImageF metalness_of(const Simulation& simulation);
+/// The same with the nearest texel inside beyond the charts, as in exported textures.
+[[nodiscard]] ImageF dilated_metalness(Simulation& simulation);
 
 /// Writes them. `specular`: strength 0.04, which dielectrics have, and roughness max(0.05, 1 - specular value), as
 /// model.glb has it. `normal`: of the composed relief, in tangent space. `height`: mm. `metalness`: metalness_of(),

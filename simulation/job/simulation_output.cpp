@@ -16,6 +16,7 @@
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
 #include "patinate/output/glb.h"
+#include "simulation/job/frame_maps.h"
 
 namespace patinate::simulation {
 
@@ -31,6 +32,22 @@ std::vector<std::string> atlas_channels(const Simulation& simulation) {
   for (const std::string& name : simulation.scene().materials) channels.push_back("amount." + name);
   for (const std::string& name : simulation.scene().materials) channels.push_back("original." + name);
   return channels;
+}
+
+/// Specular value and metalness of every texel, as codes.
+GlbTexture gloss_and_metal(const ImageU8& specular, const ImageF& metal) {
+  std::vector<std::uint8_t> codes;
+  codes.reserve(specular.values().size() * 2);
+  for (std::size_t i = 0; i < specular.values().size(); ++i) {
+    codes.push_back(specular.values()[i]);
+    codes.push_back(static_cast<std::uint8_t>(255.0f * std::clamp(metal.values()[i], 0.0f, 1.0f) + 0.5f));
+  }
+  return {specular.width(), specular.height(), 2, [codes = std::move(codes)](const auto& write) { write(codes); }};
+}
+
+GlbTexture glb_texture(ImageU8 codes) {
+  const int width = codes.width(), height = codes.height(), channels = codes.channels();
+  return {width, height, channels, [codes = std::move(codes)](const auto& write) { write(codes.values()); }};
 }
 
 /// The value below which a share of the covered texels that are not 0 lie.
@@ -75,7 +92,14 @@ void write_composed_files(const fs::path& folder, const std::string& name, Simul
     const SurfaceAtlas& surface = simulation.atlas().surface();
     for (int t = 0; t < surface.num_triangles(); ++t) options.objects.triangle_object.push_back(surface.object(t));
   }
-  write_glb(folder / "model.glb", simulation.mesh(), {variant}, options, control.part(0.7, 1.0));
+  const ImageF metal = dilated_metalness(simulation);
+  if (metal.empty())
+    return write_glb(folder / "model.glb", simulation.mesh(), {variant}, options, control.part(0.7, 1.0));
+  GlbAppearance appearance{.name = variant.name, .base_colors = {glb_texture(look.color_srgb8())}};
+  appearance.normals = {glb_texture(look.normal8())};
+  appearance.gloss_and_metal = {gloss_and_metal(look.specular8(), metal)};
+  write_glb(folder / "model.glb", simulation.mesh(), GlbTiles{}, std::vector{std::move(appearance)}, options,
+            control.part(0.7, 1.0));
 }
 
 void write_atlas_file(const fs::path& folder, const Simulation& simulation) {

@@ -169,6 +169,9 @@ class Live(LiveCase):
         self.assertEqual(client.scene["exchange"]["ratio"], 0.9)
         client.do("save", path="returned_from.json")  # and so are the events
         self.assertEqual([e["ratio"] for e in json.loads((self.folder / "returned_from.json").read_text())["events"]], [0.9, 0.6])
+        client.do("undo")  # the ratio, where the scene is
+        client.until(lambda: client.scene["exchange"]["ratio"] == 0.6)
+        self.assertEqual(client.status["iteration"], 7)
         self.assertEqual(client.ask("undo")["type"], "error")
 
     def test_a_finished_simulation_runs_again(self):
@@ -202,9 +205,8 @@ class Live(LiveCase):
         self.run_in("simulate", "gone_on.json", "-o", "gone_on")
         for file in ("color.png", "controls/dirt.deposited.exr"):
             self.assertEqual((self.folder / "gone_on" / file).read_bytes(), (self.folder / "gone_on_look" / file).read_bytes(), file)
-        client.do("undo")
-        client.do("undo")
-        client.until(lambda: client.status["iteration"] == 30)
+        client.do("undo", steps=2)  # both strokes; the four iterations are done again without them
+        client.until(lambda: client.status["iteration"] == 34 and not client.status["running"])
         client.do("reset")
         client.until(lambda: client.status["iteration"] == 0)
 

@@ -13,27 +13,29 @@ PATINATE = str(pathlib.Path(PATINATE).resolve())
 
 
 class Strokes(LiveCase):
-    patinate, copies = PATINATE, ("painted", "only_painted")
+    patinate, copies = PATINATE, ("painted", "only_painted", "plain")
 
-    def test_undo_goes_back_to_before_the_stroke(self):
+    def test_undo_takes_the_stroke_away_and_no_iteration(self):
+        plain = self.client("ledge/plain.json")
+        plain.step(12)
+        never_painted = plain.surface()
         client = self.client()
         client.step(10)
-        before = client.surface()
         middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
         self.paint(client, middle, [middle[0] + 3, *middle[1:]])
         client.step(2)
         after = client.surface()
-        self.assertNotEqual(after, before)
+        self.assertNotEqual(after, never_painted)
         client.until(lambda: client.status["can_undo"] and not client.status["can_redo"])
         client.do("undo")
-        client.until(lambda: client.status["iteration"] == 10 and client.status["can_redo"])
+        client.until(lambda: client.status["iteration"] == 12 and client.status["can_redo"] and not client.status["running"])
         client.settle()
-        self.assertEqual(client.surface(), before)
+        self.assertEqual(client.surface(), never_painted)
         self.assertFalse(client.scene["emitters"][2]["on"])
         client.do("save", path="undone.json")  # nothing of the stroke is left in it
         self.assertEqual(json.loads((self.folder / "undone.json").read_text())["events"], [{"iteration": 5, "op": "ratio", "ratio": 0.6}])
         client.do("redo")  # with all that it has led to
-        client.until(lambda: client.status["iteration"] == 12 and not client.status["can_redo"])
+        client.until(lambda: client.status["iteration"] == 12 and not client.status["can_redo"] and not client.status["running"])
         client.settle()
         self.assertEqual(client.surface(), after)
         client.do("save", path="redone.json")

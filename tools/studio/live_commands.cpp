@@ -3,11 +3,13 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "simulation/files/scene_event.h"
 #include "simulation/files/scene_json.h"
 #include "simulation/files/scene_lengths.h"
 #include "tools/studio/live_client.h"
+#include "tools/studio/live_labels.h"
 #include "tools/studio/outside_json.h"
 #include "tools/studio/scene_text.h"
 
@@ -17,7 +19,8 @@ namespace {
 
 constexpr std::size_t kMaxUnread = std::size_t{512} << 20;
 constexpr std::int64_t kMaxGammatons = 100'000;
-constexpr std::size_t kMaxPositions = 10'000;  ///< Most positions of a stroke in one message.
+constexpr std::size_t kMaxLabel = 100;
+constexpr std::size_t kMaxPositions = 10'000;  ///< Of a stroke in one message.
 
 /// A member of a request, with an error that a person understands.
 const Json& member(const Json& request, const char* key) {
@@ -62,6 +65,28 @@ std::vector<std::string> texts_member(const Json& request, const char* key) {
   return texts;
 }
 
+/// What two changes have in common that set the same to other numbers.
+std::string without_numbers(const std::string& label) {
+  std::string key;
+  for (const char c : label) {
+    if (!(c >= '0' && c <= '9') && c != '.' && c != '-') key += c;
+  }
+  return key;
+}
+
+/// What a change of looks is called, and what it has in common with others of the same.
+std::pair<std::string, std::string> look_label(const Json& changes) {
+  std::string label, key = "look";
+  for (const auto& [material, members] : changes.items()) {
+    for (const auto& [name, value] : members.items()) {
+      label += (label.empty() ? "Look of " : ", ") + material + ": " + name;
+      if (value.is_number()) label += " " + short_number_text(rounded(value.get<double>(), 3));
+      key += " " + material + " " + name;
+    }
+  }
+  return {label.empty() ? "Look" : label, key};
+}
+
 }  // namespace
 
 struct LiveEngine::Commands {
@@ -96,13 +121,20 @@ struct LiveEngine::Commands {
   }
   static void reset(const Call& c) {
     c.engine.finish_stroke();
-    if (c.engine.record_.num_events() > 0 || c.engine.iteration() > 0) c.engine.remember();
+    if (c.engine.record_.num_events() > 0 || c.engine.iteration() > 0) c.engine.remember("Back to the start", false);
     c.engine.go_to(
         {.state = c.engine.start_, .events = {}, .slider = c.engine.start_slider_, .picture_of = 0, .opened = ""});
     c.engine.is_running_ = false;
     c.engine.num_steps_left_ = 0;
   }
-  static void event(const Call& c) { c.engine.apply(member(c.request, "event")); }
+  static std::int64_t gesture(const Call& c) {
+    return c.request.contains("gesture") ? integer_member(c.request, "gesture", 1, 1'000'000'000) : 0;
+  }
+  static void event(const Call& c) {
+    const std::string label = c.request.contains("label") ? text_member(c.request, "label") : "";
+    if (label.size() > kMaxLabel) throw InvalidInput("/label: is longer than " + std::to_string(kMaxLabel) + " bytes");
+    c.engine.apply(member(c.request, "event"), {.label = label, .key = label, .gesture = gesture(c)});
+  }
   static void stroke(const Call& c) {
     const std::string phase = text_member(c.request, "phase");
     if (phase != "begin" && phase != "move" && phase != "end")
@@ -110,14 +142,19 @@ struct LiveEngine::Commands {
     const std::vector<Vec3> way = positions(c.request);
     if (phase == "begin") {
       if (way.empty()) (void)member(c.request, "position");
-      return c.engine.begin_stroke(c.client, text_member(c.request, "emitter"), way);
+      const std::vector<std::string> erased =
+          c.request.contains("erase") ? texts_member(c.request, "erase") : std::vector<std::string>();
+      return c.engine.begin_stroke(c.client, text_member(c.request, "emitter"), way, erased);
     }
     const bool jumps = c.request.contains("jump") && c.request.at("jump") == true;
     c.engine.move_stroke(c.client, way, jumps, phase == "end");
   }
-  static void undo(const Call& c) { c.engine.undo(); }
-  static void redo(const Call& c) { c.engine.redo(); }
-  static void appearance(const Call& c) { c.engine.set_appearance(member(c.request, "appearance")); }
+  static std::int64_t num_steps(const Call& c) {
+    return c.request.contains("steps") ? integer_member(c.request, "steps", 1, 1000) : 1;
+  }
+  static void undo(const Call& c) { c.engine.undo(num_steps(c)); }
+  static void redo(const Call& c) { c.engine.redo(num_steps(c)); }
+  static void appearance(const Call& c) { c.engine.set_appearance(member(c.request, "appearance"), gesture(c)); }
   static void resume(const Call& c) { c.engine.resume(); }
   static void watch(const Call& c) {
     Client& client = c.client;
@@ -163,6 +200,11 @@ struct LiveEngine::Commands {
     c.engine.catch_up();
     c.client.peer->send_text(c.engine.outcome().dump(-1, ' ', false, Json::error_handler_t::replace));
   }
+  static void probe(const Call& c) {
+    const int x = static_cast<int>(integer_member(c.request, "x", 0, c.engine.layout_.width() - 1));
+    const int y = static_cast<int>(integer_member(c.request, "y", 0, c.engine.layout_.height() - 1));
+    c.client.peer->send_text(c.engine.probe(x, y).dump(-1, ' ', false, Json::error_handler_t::replace));
+  }
   static void cancel(const Call& c) { c.engine.exporting_.request_stop(); }
 
   static constexpr std::array kAll{Command{"run", run},       Command{"pause", pause},
@@ -172,7 +214,8 @@ struct LiveEngine::Commands {
                                    Command{"resume", resume}, Command{"appearance", appearance},
                                    Command{"watch", watch},   Command{"hash", hash},
                                    Command{"save", save},     Command{"export", export_all},
-                                   Command{"cancel", cancel}, Command{"outcome", outcome}};
+                                   Command{"cancel", cancel}, Command{"outcome", outcome},
+                                   Command{"probe", probe}};
 };
 
 void LiveEngine::receive(int id, const std::string& text) {
@@ -201,7 +244,7 @@ void LiveEngine::receive(int id, const std::string& text) {
       throw InvalidInput(
           "/op: found \"" + op +
           "\"; expected run, pause, step, reset, event, stroke, undo, redo, resume, appearance, watch, ack, "
-          "hash, save, export or cancel");
+          "hash, save, export, cancel, outcome or probe");
     command->run({*this, client, request});
     has_news_ = true;
     client.peer->send_text(done_text(request_id));
@@ -211,7 +254,7 @@ void LiveEngine::receive(int id, const std::string& text) {
   }
 }
 
-void LiveEngine::set_appearance(const Json& changes) {
+void LiveEngine::set_appearance(const Json& changes, std::int64_t gesture) {
   const simulation::Scene& scene = simulation_.scene();
   simulation::SceneContext context;
   context.materials = scene.materials;
@@ -229,20 +272,42 @@ void LiveEngine::set_appearance(const Json& changes) {
     appearance[i] = simulation::read_material_appearance(JsonReader("appearance", cleaned[name], "/" + name),
                                                          appearance[i], context);
   }
+  const auto [label, key] = look_label(cleaned);
+  const StepName step{.label = label, .key = key, .gesture = gesture};
+  std::optional<AppearanceState> before;
+  if (!step_that_goes_on(step)) before = AppearanceState{scene.appearance, record_.appearance_state()};
   simulation_.set_appearance(std::move(appearance));
   for (const auto& [name, change] : cleaned.items()) record_.set_appearance(name, change);
   for (const auto& [id, client] : clients_) client->shown_state = -1;
+  remember_appearance(step, std::move(before));
 }
 
-void LiveEngine::apply(const Json& event_mm) {
+/// @param name  Without a label: by what the event does.
+void LiveEngine::apply(const Json& event_mm, const StepName& name) {
   refuse_picture();
   const Json event = event_of_file(event_mm, file_.mm_per_unit, simulation_.iteration());
   const simulation::SceneEvent parsed = parse_event(event, simulation_.scene(), file_.mm_per_unit);
   catch_up();  // what was painted before this was painted as things were then
+  StepName said = name;
+  if (said.label.empty()) {
+    said.label = label_of(parsed, simulation_.scene());
+    said.key = without_numbers(said.label);
+  }
+  if (std::holds_alternative<simulation::PaintEvent>(parsed.what)) {
+    remember(said.label, true);
+    perform(event, parsed);
+    past_.back().num_events_then = record_.num_events();
+    return;
+  }
+  std::vector<BackEvent> back = opposite(parsed);
+  perform(event, parsed);
+  remember_event(said, std::move(back));
+}
+
+void LiveEngine::perform(const Json& event, const simulation::SceneEvent& parsed) {
   simulation_.apply(parsed);
-  stop_replay();
+  if (!is_doing_again()) stop_replay();
   record_.add_event(event);
-  future_.clear();
   if (stroke_ && !can_paint(stroke_->emitter)) finish_stroke();
   if (std::holds_alternative<simulation::BehaviorEvent>(parsed.what)) {
     slider_ =

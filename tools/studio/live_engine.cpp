@@ -148,26 +148,29 @@ Json LiveEngine::scene_json() const {
   for (const std::string& note : simulation_.notes()) {
     if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
   }
-  return {{"type", "scene"},
-          {"name", file_.name},
-          {"width", layout_.width()},
-          {"height", layout_.height()},
-          {"materials", scene.materials},
-          {"appearance", appearance_json(scene)},
-          {"emitters", emitters_json(scene)},
-          {"objects", objects_json(scene)},
-          {"behavior", behavior_json(scene.behavior)},
-          {"slider", slider_ ? Json(*slider_) : Json(nullptr)},
-          {"exchange", exchange_json(scene)},
-          {"rules", rules_json(scene)},
-          {"more_rules", more_rules_json(scene, fitting_rules_)},
-          {"time_unit", shown_time_unit(file_.time_unit)},
-          {"time_per_iteration", scene.time_per_iteration},
-          {"overlays", std::move(overlays)},
-          {"relief_mm", {relief_.low_mm, relief_.high_mm}},
-          {"bounds_mm", {{box.low.x(), box.low.y(), box.low.z()}, {box.high.x(), box.high.y(), box.high.z()}}},
-          {"notes", notes},
-          {"recording", recording_json()}};
+  Json json{{"type", "scene"},
+            {"name", file_.name},
+            {"width", layout_.width()},
+            {"height", layout_.height()},
+            {"materials", scene.materials},
+            {"appearance", appearance_json(scene)},
+            {"emitters", emitters_json(scene)},
+            {"objects", objects_json(scene)},
+            {"behavior", behavior_json(scene.behavior)},
+            {"slider", slider_ ? Json(*slider_) : Json(nullptr)},
+            {"exchange", exchange_json(scene)},
+            {"rules", rules_json(scene)},
+            {"more_rules", more_rules_json(scene, fitting_rules_)},
+            {"time_unit", shown_time_unit(file_.time_unit)},
+            {"time_per_iteration", scene.time_per_iteration},
+            {"overlays", std::move(overlays)},
+            {"relief_mm", {relief_.low_mm, relief_.high_mm}},
+            {"bounds_mm", {{box.low.x(), box.low.y(), box.low.z()}, {box.high.x(), box.high.y(), box.high.z()}}},
+            {"notes", notes},
+            {"steps", steps_json()},
+            {"recording", recording_json()}};
+  if (stroke_ && stroke_->shown) json.update(*stroke_->shown);
+  return json;
 }
 
 void LiveEngine::send_scene() {
@@ -214,6 +217,7 @@ void LiveEngine::make_status() {
                  {"ledger", simulation::ledger_json(simulation_.ledger(), simulation_.scene().materials)},
                  {"clients", clients_.size()},
                  {"painting", stroke_.has_value()},
+                 {"catching_up", is_doing_again() ? Json(replay_->until) : Json(nullptr)},
                  {"can_undo", !past_.empty()},
                  {"can_redo", !future_.empty()},
                  {"exporting", is_exporting_->load()},

@@ -73,21 +73,53 @@ class LiveEngine {
     std::int64_t picture_of = 0;
     std::string opened;
   };
+  /// What set_appearance() changes.
+  struct AppearanceState {
+    std::vector<simulation::MaterialAppearance> shown;
+    SceneRecord::Appearance recorded;
+  };
+  /// An event that undoes another one, as scene files have it, without its iteration.
+  struct BackEvent {
+    std::string key;  ///< What it sets: of several that set the same, the first one counts.
+    std::shared_ptr<const Json> event;
+  };
+  /// What a step is called, and which others it is one with.
+  struct StepName {
+    std::string label, key;
+    std::int64_t gesture = 0;
+  };
+  /// One step that undo takes back, or redo brings again: one of the three is set, and is exchanged for its opposite.
+  struct Step {
+    std::string label;           ///< "Ratio 0.6"
+    std::int64_t iteration = 0;  ///< When it was made.
+    std::string key;             ///< Changes of the same, in one go of a hand or soon after, are one; "" = of its own.
+    std::int64_t gesture = 0;    ///< Number that the client gives each go of a hand; 0 = it gives none.
+    Clock::time_point made{};
+    std::vector<BackEvent> events;  ///< Settings, moves.
+    std::optional<AppearanceState> appearance;
+    std::optional<Moment> moment;     ///< Strokes, returns to the start.
+    bool is_stroke = false;           ///< The iterations since are done again without it.
+    std::size_t num_events_then = 0;  ///< Of the record, at the end of the stroke.
+  };
   /// One that continues.
   struct Stroke {
     std::string emitter;
-    const Client* client = nullptr;  ///< Whose hand it is.
-    std::deque<Vec3> ahead;          ///< mm; where the brush has still to go.
-    Vec3 at{0, 0, 0};                ///< mm; the last place of `ahead` ever.
-    bool is_lifted = false;          ///< It ends when `ahead` is empty.
+    const Client* client = nullptr;    ///< Whose hand it is.
+    std::vector<BackEvent> afterward;  ///< Sets what an eraser had to change.
+    std::shared_ptr<Json> shown;       ///< What clients see of that meanwhile: what it was.
+    std::deque<Vec3> ahead;            ///< mm; where the brush has still to go.
+    Vec3 at{0, 0, 0};                  ///< mm; the last place of `ahead` ever.
+    bool is_lifted = false;            ///< It ends when `ahead` is empty.
     Clock::time_point painted{};
   };
 
-  /// A recording that is gone through again.
+  /// A recording that is gone through again, or the iterations after a stroke that was undone.
   struct Replay {
     SceneRecord::Events events;
     std::size_t num_done = 0;
     std::int64_t until = 0;
+    bool is_recording = true;
+    bool goes_on = false;  ///< It was running, and runs on behind `until`.
   };
 
   // live_recording.cpp
@@ -112,24 +144,39 @@ class LiveEngine {
   [[nodiscard]] Json scene_json() const;
   // live_commands.cpp
   struct Commands;
-  void apply(const Json& event_mm);
-  void set_appearance(const Json& changes);
+  void apply(const Json& event_mm, const StepName& name);
+  void perform(const Json& event_of_file, const simulation::SceneEvent& parsed);
+  void set_appearance(const Json& changes, std::int64_t gesture);
   // live_stroke.cpp
-  void begin_stroke(const Client& client, const std::string& emitter, const std::vector<Vec3>& way);
+  void begin_stroke(const Client& client, const std::string& emitter, const std::vector<Vec3>& way,
+                    const std::vector<std::string>& erased);
+  void begin_erasing(const std::vector<std::string>& erased);
+  void finish_erasing();
   void move_stroke(const Client& client, const std::vector<Vec3>& way, bool jumps, bool is_lifted);
   [[nodiscard]] bool can_paint(const std::string& emitter) const;
   void lengthen(const std::vector<Vec3>& way, bool jumps);
   void paint();
-  void paint_at(const Vec3& position_mm);
+  void paint_at(const std::string& emitter, const Vec3& position_mm);
   void catch_up();
   void finish_stroke();
   // live_moments.cpp
   [[nodiscard]] Moment moment();
   void go_to(const Moment& moment);
-  void remember();
-  void undo();
-  void redo();
+  [[nodiscard]] Step* step_that_goes_on(const StepName& name);
+  Step& new_step(const StepName& name);
+  void remember(const std::string& label, bool is_stroke);
+  void remember_event(const StepName& name, std::vector<BackEvent> back);
+  void remember_appearance(const StepName& name, std::optional<AppearanceState> before);
+  void undo(std::int64_t count);
+  void redo(std::int64_t count);
+  void exchange(Step& step, bool is_undo);
+  void do_again(std::int64_t until, SceneRecord::Events events, bool goes_on);
   void forget_the_oldest();
+  [[nodiscard]] bool is_doing_again() const { return replay_ && !replay_->is_recording; }
+  [[nodiscard]] Json steps_json() const;
+  // live_opposites.cpp
+  [[nodiscard]] std::vector<BackEvent> opposite(const simulation::SceneEvent& event) const;
+  void perform_now(const Json& event_without_iteration);
   // live_updates.cpp
   void refresh();
   void measure_overlays();
@@ -141,6 +188,8 @@ class LiveEngine {
   void export_to(const std::string& name, const std::vector<std::string>& what,
                  const std::shared_ptr<WebSocketPeer>& peer);
   [[nodiscard]] Json outcome();
+  [[nodiscard]] static Json exported_json(const std::string& name, const std::filesystem::path& folder);
+  [[nodiscard]] Json probe(int x, int y);
 
   const ServedFolder& folder_;
   LiveOptions options_;
@@ -153,9 +202,9 @@ class LiveEngine {
   std::map<std::string, OverlayPlane> overlays_;
   std::map<int, std::unique_ptr<Client>> clients_;
   std::vector<std::byte> start_;
-  ImageU8 start_color_;        ///< Colors at that time.
-  std::deque<Moment> past_;    ///< Before strokes and returns to the start; the last one is undone first.
-  std::deque<Moment> future_;  ///< Undone; the last one is redone first.
+  ImageU8 start_color_;      ///< What it looked like then.
+  std::deque<Step> past_;    ///< The last one is undone first.
+  std::deque<Step> future_;  ///< Undone; the last one is redone first.
   std::optional<Stroke> stroke_;
   std::optional<double> slider_, start_slider_;       ///< Sliders of Figure 10, unless the behavior was set otherwise.
   std::vector<simulation::RuleAsset> fitting_rules_;  ///< Built-in ones whose materials the scene has.

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <nlohmann/json.hpp>
 
+#include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
@@ -72,9 +73,13 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
       write_scaled_exr(folder / "controls" / (control + ".exr"), c.values, {c.low, c.high, c.unit});
     }
   }
+  const auto tell = [](const std::shared_ptr<WebSocketPeer>& to, const Json& json) {
+    to->send_text(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+  };
+  tell(peer, exported_json(name, folder));
   if (!wants("history")) return;
   is_exporting_->store(true);
-  exporting_ = std::jthread([folder, peer, flag = is_exporting_, form = options_.color_form,
+  exporting_ = std::jthread([folder, name, tell, peer, flag = is_exporting_, form = options_.color_form,
                              threads = options_.num_threads](const std::stop_token& stop) {
     double said = -1.0;
     const auto say = [&](const std::string& text) {
@@ -92,13 +97,52 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
     };
     try {
       make_history(folder / "scene.json", folder / "simulation", form, control);
-      say("The history is in " + (folder / "simulation").string());
+      tell(peer, exported_json(name, folder));
+      say("The history is in " + name + "/simulation");
     } catch (const std::exception& e) {
       say(stop.stop_requested() ? "The history was canceled"
                                 : std::string("The history could not be made: ") + e.what());
     }
     flag->store(false);
   });
+}
+
+/// What lies in a folder that was exported, for those who download it.
+Json LiveEngine::exported_json(const std::string& name, const fs::path& folder) {
+  Json files = Json::array();
+  std::vector<std::pair<std::string, std::uintmax_t>> found;
+  std::error_code error;
+  for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    if (it->is_regular_file(error))
+      found.emplace_back(it->path().lexically_relative(folder).generic_string(), it->file_size(error));
+  }
+  std::sort(found.begin(), found.end());
+  for (const auto& [path, bytes] : found) files.push_back({{"path", path}, {"bytes", bytes}});
+  return {{"type", "exported"}, {"place", name + "/scene.json"}, {"files", std::move(files)}};
+}
+
+/// All that is known of one texel. @param x,y  Of the picture.
+Json LiveEngine::probe(int x, int y) {
+  refresh();
+  const auto tile = static_cast<ScreenTile>((y / 8) * layout_.columns() + x / 8);
+  const auto place = static_cast<std::size_t>((y % 8) * 8 + x % 8);
+  const simulation::TexelIndex texel = layout_.sources(tile)[place];
+  Json json{{"type", "probe"}, {"x", x}, {"y", y}, {"iteration", iteration()}, {"is_surface", false}};
+  json["time"] = rounded(static_cast<double>(iteration()) * simulation_.scene().time_per_iteration, 12);
+  if (texel == simulation::kNoTexel) return json;
+  const simulation::SurfaceAtlas& surface = simulation_.atlas().surface();
+  const simulation::Scene& scene = simulation_.scene();
+  json["is_surface"] = surface.grid().x(texel) == x && surface.grid().y(texel) == y;
+  json["amounts"] = Json::object();
+  for (std::size_t m = 0; m < scene.materials.size(); ++m) {
+    json["amounts"][scene.materials[m]] =
+        static_cast<double>(simulation_.atlas().amount(static_cast<int>(m), texel)) / simulation::kAmountOne;
+  }
+  const std::span<const std::uint8_t> codes = planes_.tile(TilePlanes::Surface, tile);
+  json["srgb"] = {codes[4 * place], codes[4 * place + 1], codes[4 * place + 2]};
+  json["specular"] = static_cast<double>(codes[4 * place + 3]) / 255.0;
+  json["height_mm"] = simulation_.compose({}).height_mm(texel);
+  return json;
 }
 
 /// Colors, amounts and places never met since the start of the scene.

@@ -32,7 +32,7 @@ void LiveEngine::open_recording() {
 
 /// Recording that can be resumed, for clients.
 Json LiveEngine::recording_json() const {
-  if (!recording_ || !recording_->found() || replay_ || is_resumed_) return nullptr;
+  if (!recording_ || !recording_->found() || (replay_ && replay_->is_recording) || is_resumed_) return nullptr;
   const Recording& found = *recording_->found();
   return {{"iterations", found.iterations}, {"events", found.events->size()}, {"saved", found.modified}};
 }
@@ -63,7 +63,7 @@ void LiveEngine::keep(bool is_last) {
 }
 
 void LiveEngine::resume() {
-  if (!recording_ || !recording_->found() || replay_ || is_resumed_)
+  if (!recording_ || !recording_->found() || (replay_ && replay_->is_recording) || is_resumed_)
     throw InvalidInput("there is no recording of an earlier run to resume");
   finish_stroke();
   const Recording& found = *recording_->found();
@@ -75,9 +75,9 @@ void LiveEngine::resume() {
       replay.events.empty() ? found.iterations : (*replay.events.front())["iteration"].get<std::int64_t>();
   const bool goes_on = record_.num_events() == 0 && simulation_.num_paint_steps() == 0 &&
                        iteration() <= std::min(first, found.iterations) && (picture_of_ == 0 || replay.events.empty());
-  if (record_.num_events() > 0 || iteration() > 0) remember();
+  if (record_.num_events() > 0 || iteration() > 0) remember("Resume what was painted", false);
   if (!goes_on) go_to({.state = start_, .events = {}, .slider = start_slider_, .picture_of = 0, .opened = ""});
-  if (!found.appearance->empty()) set_appearance(*found.appearance);
+  if (!found.appearance->empty()) set_appearance(*found.appearance, 0);
   replay_ = std::move(replay);
   num_steps_left_ = 0;
   is_running_ = true;
@@ -86,7 +86,7 @@ void LiveEngine::resume() {
   counted_iterations_ = 0;
 }
 
-/// Something else is done: it does not continue by itself, and can be resumed from the start.
+/// Something else is done: a recording does not continue by itself, and can be resumed from the start.
 void LiveEngine::stop_replay() {
   if (!replay_) return;
   replay_.reset();
@@ -108,6 +108,7 @@ bool LiveEngine::go_through(const std::stop_token& stop) {
         slider_ = event["behavior"].contains("slider") ? std::optional(event["behavior"]["slider"].get<double>())
                                                        : std::nullopt;
       }
+      record_.append(replay.events[replay.num_done]);
       ++replay.num_done;
     }
   } catch (const InvalidInput& e) {
@@ -115,16 +116,20 @@ bool LiveEngine::go_through(const std::stop_token& stop) {
     replay.until = simulation_.iteration();
   }
   if (replay.num_done > before) {
-    record_.set_events({replay.events.begin(), replay.events.begin() + static_cast<std::ptrdiff_t>(replay.num_done)});
     has_news_ = true;
     send_scene();
   }
   if (iteration() < replay.until) return true;
+  has_news_ = true;
+  if (!replay.is_recording) {
+    is_running_ = replay.goes_on;
+    replay_.reset();
+    return is_running_;
+  }
   const bool is_whole = replay.num_done == replay.events.size();
   if (is_whole) recording_->go_on();
   stop_replay();
   is_resumed_ = true;
-  has_news_ = true;
   send_all(Json{{"type", "notice"},
                 {"text", "This is where the recording ended, after " + std::to_string(iteration()) + " iterations"}}
                .dump());

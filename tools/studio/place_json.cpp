@@ -66,6 +66,8 @@ void add_history(const SurfaceInTime& surface, Json& json, FactList& facts) {
   json["controls"] = std::move(controls);
   json["maps"] = std::move(maps);
   json["frame_masks"] = has_masks;
+  json["frame_maps"] = surface.frame_maps();
+  json["amounts"] = surface.amounts();
   json["material"] = Json::array();
   for (const SurfaceMap map : surface.material())
     json["material"].push_back(kSurfaceMapNames[static_cast<std::size_t>(map)]);
@@ -151,6 +153,8 @@ Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const fs::path
       if (kind == PlaceKind::Transfer) add_transfer(folder, *surface, json, facts);
       if (kind == PlaceKind::Simulation) add_simulation(path, json, facts);
       if (kind == PlaceKind::History) json["steps"] = steps_json(path, kind);
+      if (std::error_code error; fs::is_regular_file(path / "relief.json", error))
+        json["shows"] = "frame:height";  // Its color is mid gray.
       break;
     }
     case PlaceKind::Registration:

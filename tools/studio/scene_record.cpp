@@ -89,6 +89,28 @@ void SceneRecord::set_events(Events events) {
   num_fixed_ = events_.size();
 }
 
+void SceneRecord::append(const std::shared_ptr<Json>& event) {
+  ++version_;
+  events_.push_back(event);
+  num_fixed_ = events_.size();
+}
+
+SceneRecord::Appearance SceneRecord::appearance_state() const {
+  const bool is_in_file = root_->contains("appearance");
+  return {is_in_file ? std::make_shared<const Json>(root_->at("appearance")) : nullptr,
+          std::make_shared<const Json>(*appearance_)};
+}
+
+void SceneRecord::set_appearance_state(const Appearance& state) {
+  ++version_;
+  if (state.of_file) {
+    (*root_)["appearance"] = *state.of_file;
+  } else {
+    root_->erase("appearance");
+  }
+  *appearance_ = *state.set;
+}
+
 void SceneRecord::set_appearance(const std::string& material, const Json& members) {
   ++version_;
   (*root_)["appearance"][material].update(members);

@@ -38,6 +38,8 @@ class SceneRecord {
   using Events = std::vector<std::shared_ptr<Json>>;
   [[nodiscard]] Events events();
   void set_events(Events events);
+  /// One that has happened and stays as it is.
+  void append(const std::shared_ptr<Json>& event);
   [[nodiscard]] std::size_t num_events() const;
   [[nodiscard]] Json events_json() const;
   /// Members of "appearance" that set_appearance() was given.
@@ -46,6 +48,12 @@ class SceneRecord {
   [[nodiscard]] std::uint64_t version() const { return version_; }
   /// Members of "appearance" for a material, over what the file says.
   void set_appearance(const std::string& material, const Json& members);
+  /// All that set_appearance() changes, to go back to.
+  struct Appearance {
+    std::shared_ptr<const Json> of_file, set;
+  };
+  [[nodiscard]] Appearance appearance_state() const;
+  void set_appearance_state(const Appearance& state);
 
   /// The scene file that ends where the studio is now. Paths lead from `folder` to what they led to before; recorded
   /// events come before those of the file that happen in the same iteration, as they did here.

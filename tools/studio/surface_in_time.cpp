@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMaxFrameBytes = std::size_t{256} << 20;  ///< Most bytes of decoded frames that a place keeps.
+constexpr std::size_t kMaxImageBytes = std::size_t{256} << 20;  ///< Of decoded images that a place keeps.
 constexpr std::size_t kMaxPlaces = 4;
 
 std::size_t bytes_of(const ImageF& image) { return image.values().size() * sizeof(float); }
@@ -34,12 +34,6 @@ ImageF filled_coordinates(const transfer::TransferReader& transfer) {
     paste_tile(filled, sheet, i, tile);
   }
   return filled;
-}
-
-ImageF as_float(const ImageU8& mask) {
-  ImageF out(mask.width(), mask.height(), 1);
-  for (std::int64_t i = 0; i < mask.num_pixels(); ++i) out.data()[i] = mask.data()[i] != 0 ? 1.0f : 0.0f;
-  return out;
 }
 
 fs::path manifest_of(const fs::path& path, PlaceKind kind) {
@@ -76,27 +70,31 @@ SurfaceInTime::SurfaceInTime(const fs::path& path, PlaceKind kind) : path_(path)
 int SurfaceInTime::width() const { return transfer_ ? transfer_->sheet().width() : history_->manifest().width; }
 int SurfaceInTime::height() const { return transfer_ ? transfer_->sheet().height() : history_->manifest().height; }
 
-std::shared_ptr<const ImageF> SurfaceInTime::frame(int index) const {
+std::shared_ptr<const ImageF> SurfaceInTime::kept(const std::string& name, const std::function<ImageF()>& read) const {
   {
     const std::lock_guard lock(mutex_);
-    const auto found = std::find_if(frames_.begin(), frames_.end(), [&](const auto& f) { return f.first == index; });
-    if (found != frames_.end()) {
-      frames_.splice(frames_.begin(), frames_, found);
-      return frames_.front().second;
+    const auto found = std::find_if(images_.begin(), images_.end(), [&](const auto& i) { return i.first == name; });
+    if (found != images_.end()) {
+      images_.splice(images_.begin(), images_, found);
+      return images_.front().second;
     }
   }
-  auto image = std::make_shared<const ImageF>(history_->read_frame(index));
+  auto image = std::make_shared<const ImageF>(read());
   const std::lock_guard lock(mutex_);
   std::size_t sum = bytes_of(*image);
-  for (auto it = frames_.begin(); it != frames_.end();) {
+  for (auto it = images_.begin(); it != images_.end();) {
     sum += bytes_of(*it->second);
-    it = sum > kMaxFrameBytes || it->first == index ? frames_.erase(it) : std::next(it);
+    it = sum > kMaxImageBytes || it->first == name ? images_.erase(it) : std::next(it);
   }
-  frames_.emplace_front(index, image);
+  images_.emplace_front(name, image);
   return image;
 }
 
-/// Samples as sample() of history_sampling.h, to the bit.
+std::shared_ptr<const ImageF> SurfaceInTime::frame(int index) const {
+  return kept("color " + std::to_string(index), [&] { return history_->read_frame(index); });
+}
+
+/// As sample() of history_sampling.h, to the bit.
 ImageF SurfaceInTime::history_sample(double time, Between between) const {
   const TimePosition position = locate(*history_, time, between);
   const std::shared_ptr<const ImageF> first = frame(position.index);
@@ -144,33 +142,6 @@ ImageF SurfaceInTime::texture(SurfaceMap map, double time, Between between, std:
   return tile && transfer_ ? cut_tile(image, transfer_->sheet(), *tile) : image;
 }
 
-NamedMap SurfaceInTime::map(const std::string& name) const {
-  const HistoryManifest& m = history_->manifest();
-  const std::size_t colon = name.find(':');
-  const std::string kind = name.substr(0, colon), what = colon == std::string::npos ? "" : name.substr(colon + 1);
-  if (kind == "control") {
-    const ControlFacts& c = history_->control(what);
-    return {spread(history_->read_control(what), {}), c.low, c.high, c.unit};
-  }
-  if (kind == "map")
-    return {spread(history_->read_map(what), {}), 0.0, 1.0, what == "height" || what == "texel_size" ? "mm" : ""};
-  if (kind == "mask") {
-    const std::optional<double> index = parse_number(what);
-    if (!index || *index != std::floor(*index) || !(*index >= 0 && *index < history_->num_frames())) {
-      throw InvalidInput("mask: found \"" + what + "\"; expected the number of a frame, 0 to " +
-                         std::to_string(history_->num_frames() - 1));
-    }
-    return {spread(as_float(history_->read_frame_mask(static_cast<int>(*index))), {}), 0.0, 1.0, ""};
-  }
-  if (name == "coverage") return {as_float(transfer_ ? transfer_->coverage() : history_->read_mask()), 0.0, 1.0, ""};
-  if (name == "coordinates" && transfer_) return {transfer_->coordinates(), 0.0, 1.0, "px"};
-  std::string known = "coverage, mask:FRAME";
-  if (transfer_) known += ", coordinates";
-  for (const ControlParameter& c : m.controls) known += ", control:" + c.name;
-  for (const HistoryMap& map : m.maps) known += ", map:" + map.name;
-  throw InvalidInput("there is no map \"" + name + "\"; there are " + known);
-}
-
 /// -1, -1 outside the charts.
 std::array<float, 2> SurfaceInTime::source_of(int x, int y) const {
   if (!transfer_) return {static_cast<float>(x), static_cast<float>(y)};
@@ -199,6 +170,7 @@ TexelCurve SurfaceInTime::curve(int x, int y, const RunControl& control) const {
     curve.lab.push_back(
         lab_from_linear(static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2])));
   }
+  add_values(nearest, curve, control);
   return curve;
 }
 
@@ -213,7 +185,7 @@ Mesh SurfaceInTime::mesh() const {
 std::size_t SurfaceInTime::memory() const {
   const std::lock_guard lock(mutex_);
   std::size_t sum = 2 * bytes_of(filled_coordinates_);
-  for (const auto& [index, image] : frames_) sum += bytes_of(*image);
+  for (const auto& [name, image] : images_) sum += bytes_of(*image);
   return sum;
 }
 

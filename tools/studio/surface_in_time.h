@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -15,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "libcommon/image/between_pixels.h"
 #include "patinate/core/run_control.h"
 #include "patinate/geometry/mesh.h"
 #include "patinate/history/history_sampling.h"
@@ -37,11 +39,25 @@ struct NamedMap {
 enum class SurfaceMap { Color, Base, Orm, Reflectance };
 inline constexpr std::array<std::string_view, 4> kSurfaceMapNames{"color", "base", "orm", "reflectance"};
 
-/// Color of one texel over time.
+/// A number of one texel, constant in time.
+struct TexelValue {
+  std::string name, unit;
+  double value = 0.0;
+};
+
+/// A number of one texel at the time of every frame; nothing where a frame does not know it.
+struct ValueCurve {
+  std::string name, unit;
+  std::vector<std::optional<double>> values;
+};
+
+/// Color of one texel over time, and all other numbers that are known of it.
 struct TexelCurve {
   std::vector<double> times;
   std::vector<std::array<int, 3>> srgb;
   std::vector<std::array<double, 3>> lab;
+  std::vector<ValueCurve> values;            ///< Amounts, height, metalness.
+  std::vector<TexelValue> constants;         ///< Controls and maps, in their units.
   std::optional<std::array<int, 2>> source;  ///< For a transfer: the pixel of its history.
 };
 
@@ -65,8 +81,13 @@ class SurfaceInTime {
   /// or it knows nothing of the map; Canceled.
   [[nodiscard]] ImageF texture(SurfaceMap map, double time, Between between, std::optional<int> tile,
                                const RunControl& control) const;
-  /// control:NAME, map:NAME, mask:FRAME, coordinates (transfers), coverage. @throws InvalidInput listing what there is.
-  [[nodiscard]] NamedMap map(const std::string& name) const;
+  /// What its frames hold beside color, by names of kMaterialMapNames: maps `frame:NAME`.
+  [[nodiscard]] std::vector<std::string> frame_maps() const;
+  /// Materials whose amounts its frames hold: maps `amount:NAME`.
+  [[nodiscard]] std::vector<std::string> amounts() const;
+  /// control:NAME, map:NAME, frame:NAME and amount:NAME at a time, mask:FRAME, coordinates (transfers), coverage.
+  /// @throws InvalidInput listing what there is.
+  [[nodiscard]] NamedMap map(const std::string& name, double time) const;
   /// @throws InvalidInput if the texel lies outside.
   [[nodiscard]] TexelCurve curve(int x, int y, const RunControl& control) const;
   /// UVs over texture(). @throws InvalidInput for a history, which has none.
@@ -74,12 +95,17 @@ class SurfaceInTime {
   [[nodiscard]] std::size_t memory() const;
 
  private:
+  /// An image, read unless it was of late.
+  [[nodiscard]] std::shared_ptr<const ImageF> kept(const std::string& name, const std::function<ImageF()>& read) const;
   [[nodiscard]] std::shared_ptr<const ImageF> frame(int index) const;
   [[nodiscard]] ImageF history_sample(double time, Between between) const;
   [[nodiscard]] ImageF material_sample(SurfaceMap map, double time, Between between) const;
   /// A history's image as it lies on the surface, gutters filled.
   [[nodiscard]] ImageF spread(const ImageF& source, const RunControl& control) const;
   [[nodiscard]] std::array<float, 2> source_of(int x, int y) const;
+  [[nodiscard]] ImageF amounts_of_frame(int index, const std::vector<std::string>& materials) const;
+  [[nodiscard]] ImageF amount_at(const std::string& material, double time) const;
+  void add_values(const NearestPixel& at, TexelCurve& curve, const RunControl& control) const;
 
   std::filesystem::path path_;
   PlaceKind kind_;
@@ -89,7 +115,7 @@ class SurfaceInTime {
                                ///< inside.
 
   mutable std::mutex mutex_;
-  mutable std::list<std::pair<int, std::shared_ptr<const ImageF>>> frames_;  ///< Last used first.
+  mutable std::list<std::pair<std::string, std::shared_ptr<const ImageF>>> images_;  ///< Last used first.
 };
 
 /// Opened places, the last few of them. Thread-safe; who holds one keeps it.

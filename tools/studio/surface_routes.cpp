@@ -96,7 +96,8 @@ HttpResponse answer_texture(const Asked& asked) {
 
 HttpResponse answer_map(const Asked& asked) {
   const std::string name = asked.target.value("name");
-  NamedMap map = asked.surface()->map(name);
+  const double time = asked.target.has("time") ? asked.number("time", -kMaxTime, kMaxTime) : 0.0;
+  NamedMap map = asked.surface()->map(name, time);
   if (name != "coordinates")
     map.values = sized(std::move(map.values), asked);  // means of coordinates are no coordinates
   const ImageF& image = map.values;
@@ -106,6 +107,7 @@ HttpResponse answer_map(const Asked& asked) {
   response.headers.emplace_back("X-Channels", std::to_string(image.channels()));
   response.headers.emplace_back("X-Low", number_text(map.low));
   response.headers.emplace_back("X-High", number_text(map.high));
+  response.headers.emplace_back("X-Unit", map.unit);
   return response;
 }
 
@@ -114,6 +116,14 @@ HttpResponse answer_curve(const Asked& asked) {
   const std::shared_ptr<const SurfaceInTime> surface = asked.surface();
   const TexelCurve curve = surface->curve(x, y, asked.control);
   Json json{{"times", curve.times}, {"srgb", curve.srgb}, {"lab", curve.lab}};
+  json["values"] = json["constants"] = Json::array();
+  for (const ValueCurve& v : curve.values) {
+    Json values = Json::array();
+    for (const std::optional<double>& value : v.values) values.push_back(value ? Json(*value) : Json(nullptr));
+    json["values"].push_back({{"name", v.name}, {"unit", v.unit}, {"values", std::move(values)}});
+  }
+  for (const TexelValue& v : curve.constants)
+    json["constants"].push_back({{"name", v.name}, {"unit", v.unit}, {"value", v.value}});
   if (curve.source) {
     json["source"] = nullptr;
     if ((*curve.source)[0] >= 0) {

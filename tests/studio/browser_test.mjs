@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { existsSync } from "node:fs";
-import { mkdtemp, readFile, rm, stat, writeFile } from "node:fs/promises";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { request } from "node:http";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -38,6 +38,8 @@ before(async () => {
       await make("simulate", "wall/scene.json", "-o", "wet");
       await make("synth", "mold", "-o", "mold", "--width", "100", "--height", "75");
       await make("register", "mold/step00/scan.ply", "mold/step01/scan.ply", "--unit", "mm", "-o", "registered");
+      await make("register", "mold/step00/scan.ply", "mold/step01/scan.ply", "mold/step02/scan.ply", "--unit", "mm", "-o", "moved");
+      await make("relief", "moved", "-o", "receding");
       await make("ingest", "mold/capture.json", "-o", "copper");
       const capture = JSON.parse(await readFile(join(folder, "mold/capture.json"), "utf8"));
       const { photos, ambient, scan } = capture.steps[0];
@@ -100,7 +102,10 @@ test("the start page has a card for every place, with pictures where there are s
   await page.waitForSelector(".card");
   const kinds = await in_page(() => [...document.querySelectorAll(".card .kind")].map((e) => e.textContent));
   for (const kind of ["scene", "transfer", "simulation", "history", "ingest", "mesh"]) assert.ok(kinds.includes(kind), kind);
-  await until(page, () => document.querySelectorAll(".card.transfer img, .card.simulation img").length === 3);
+  for (const kind of ["scene", "transfer", "simulation", "mesh"]) {
+    await page.locator(`.card.${kind}`).first().scrollIntoViewIfNeeded();
+    await until(page, (k) => document.querySelector(`.card.${k} img.object`)?.naturalWidth > 0, kind);
+  }
 });
 
 test("the time slider shows the texture whose hash the server gives", async () => {
@@ -137,6 +142,115 @@ test("a click on a transfer shows its curve and the photograph it comes from; ke
   assert.ok(!(await page.locator(".wipe").isVisible()));
   await page.locator("select", { hasText: "nothing" }).selectOption({ label: "where it comes from" });
   await until(page, () => document.querySelectorAll(".legend").length === 2);
+});
+
+test("the cursor shows a map's value and the color; all numbers of a place are saved as a table", async () => {
+  await open_place(page, server, "wet");
+  await history_is_ready(page);
+  await page.locator("select", { hasText: "nothing" }).selectOption("amount:water");
+  await page.keyboard.press("ArrowRight");
+  await page.waitForSelector(".legend");
+  await in_page(() => window.patinate.settled());
+  const at = await in_page(() => { const { viewer } = window.patinate, { x, y } = viewer.project(viewer.bounds().getCenter(viewer.controls.target.clone()).setX(-180).setY(250).setZ(8)); return { x, y }; });
+  await page.mouse.move(at.x + 3, at.y);
+  await page.mouse.move(at.x, at.y);
+  await until(page, () => /^amount of water: [\d.]+L\* \d/.test(document.querySelector(".hover-tag")?.textContent ?? ""));
+  await page.mouse.click(at.x, at.y);
+  await page.locator(".curve-panel .chart").nth(1).waitFor();  // Color, and amounts.
+  const texel = /Texel (\d+), (\d+)/.exec(await page.locator(".texel").textContent());
+  const curve = await (await server.get(`/api/curve?place=wet&x=${texel[1]}&y=${texel[2]}`)).json();
+  const [file] = await Promise.all([page.waitForEvent("download"), page.locator(".curve-panel").getByRole("button", { name: "Save as CSV" }).click()]);
+  const rows = (await readFile(await file.path(), "utf8")).trim().split("\n").map((line) => line.split(","));
+  assert.equal(rows.length, 1 + curve.times.length);
+  const water = rows[0].indexOf("water (amount)");
+  assert.deepEqual(rows.slice(1).map((row) => Number(row[water])), curve.values.find((v) => v.name === "water").values);
+  assert.ok(curve.values[0].values.length === curve.times.length && rows[0].includes("hits (1/mm2)"), rows[0].join());
+});
+
+test("regions that are drawn have their means, over time and in a table", async () => {
+  await open_place(page, server, "history");
+  await history_is_ready(page);
+  await page.locator("summary", { hasText: "Regions" }).click();
+  await page.getByRole("button", { name: "Draw a region" }).click();
+  await page.mouse.move(400, 250);
+  await page.mouse.down();
+  for (const [x, y] of [[520, 250], [520, 370], [400, 370], [400, 252]]) await page.mouse.move(x, y, { steps: 4 });
+  await page.mouse.up();
+  await page.locator(".regions tbody tr").waitFor();
+  assert.match(await page.locator(".name-tag").textContent(), /^A$/);
+  const said = (await page.locator(".regions tbody td").allTextContents()).slice(0, 3).map(Number);
+  // The same texels of the server's texture, averaged here.
+  const [low, high] = await in_page(() => [[400, 250], [520, 370]].map(([x, y]) => { const { uv } = window.patinate.viewer.pick(x, y); return { x: uv.x, y: uv.y }; }));
+  const answer = await server.get("/api/texture?place=history&time=0&format=raw"), bytes = new Uint8Array(await answer.arrayBuffer()), width = Number(answer.headers.get("X-Width")), height = Number(answer.headers.get("X-Height"));
+  let sum = 0, count = 0;
+  for (let y = Math.ceil(low.y * height); y < high.y * height; ++y) for (let x = Math.ceil(low.x * width); x < high.x * width; ++x, ++count) sum += [0.2126729, 0.7151522, 0.072175].reduce((all, weight, c) => { const v = bytes[4 * (y * width + x) + c] / 255; return all + weight * (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4); }, 0);
+  const L = 116 * Math.cbrt(sum / count) - 16;
+  assert.ok(Math.abs(said[0] - L) < 1, `${said} and ${L}`);  // Texels on the line count or not.
+  await page.getByRole("button", { name: "Curves over time" }).click();
+  await page.locator("details", { has: page.locator("summary", { hasText: "Regions" }) }).locator(".chart").waitFor();
+});
+
+test("two results have one camera and one time, and a difference where they lie on one texture", async () => {
+  await page.goto(`${server.base}/#/aged?${encodeURIComponent("with:black_urn")}`);
+  await page.reload();
+  const is_ready = () => until(page, () => window.patinate?.view === "compare" && window.patinate.is_ready());
+  await is_ready();
+  const eyes = () => in_page(() => window.patinate.sides.map(({ viewer }) => viewer.camera.position.toArray()));
+  const before = await eyes();
+  await page.mouse.move(250, 400);
+  await page.mouse.down();
+  await page.mouse.move(340, 420, { steps: 4 });
+  await page.mouse.up();
+  const [left, right] = await eyes();
+  assert.ok(Math.hypot(...left.map((c, i) => c - before[0][i])) > 1 && Math.hypot(...left.map((c, i) => c - right[i])) < 1e-6, JSON.stringify({ left, right }));
+  await page.getByRole("radio", { name: "Difference" }).click();
+  await page.waitForSelector(".legend");
+  assert.match(await page.locator(".facts", { hasText: "Mean difference" }).textContent(), /Mean difference[\d.]+ ΔE/);
+  await page.goto(`${server.base}/#/aged?${encodeURIComponent("with:wet")}`);
+  await page.reload();
+  await is_ready();
+  assert.equal(await page.getByRole("radio", { name: "Difference" }).isEnabled(), false);
+  await open_place(page, server, "aged");
+  await history_is_ready(page);
+});
+
+test("a map with numbers on both sides of 0 has a color for each, and stripes where nothing is known", async () => {
+  await open_place(page, server, "receding");
+  await history_is_ready(page);
+  await page.waitForSelector(".legend");  // It opens as what it is about.
+  assert.match(await page.locator(".legend").textContent(), /^height \(mm\)-0\.\d+ and less00\.\d+ and more.*not known$/);
+  const color_at = (value) => in_page(async (is_negative) => {
+    const { viewer } = window.patinate;
+    const { data } = window.patinate.overlay();
+    // The least, the largest, or one in the middle of what is not known.
+    const { width, values } = data;
+    let i = 0;
+    if (is_negative === null) i = values.findIndex((v, k) => k > 2 * width && [-1, 0, 1].every((dy) => [-1, 0, 1].every((dx) => Number.isNaN(values[k + dy * width + dx]))));
+    else values.forEach((v, k) => { if (!Number.isNaN(v) && (Number.isNaN(values[i]) || (is_negative ? v < values[i] : v > values[i]))) i = k; });
+    const uv = { x: ((i % width) + 0.5) / width, y: (Math.floor(i / width) + 0.5) / data.height };
+    const box = viewer.bounds(), point = box.min.clone();
+    point.set(box.min.x + uv.x * (box.max.x - box.min.x), box.max.y - uv.y * (box.max.y - box.min.y), 0);
+    viewer.renderer.render(viewer.scene, viewer.camera);
+    const gl = viewer.renderer.getContext(), pixel = new Uint8Array(4), p = point.project(viewer.camera);
+    gl.readPixels(((p.x + 1) / 2) * gl.drawingBufferWidth, ((p.y + 1) / 2) * gl.drawingBufferHeight, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+    return [...pixel];
+  }, value);
+  await page.locator("summary", { hasText: /^Light$/ }).click();
+  await page.getByText("Light its relief").click();
+  const below = await color_at(true), above = await color_at(false), unknown = await color_at(null);
+  assert.ok(below[2] > below[0] + 20, `below 0: ${below}`);
+  assert.ok(above[0] > above[2] + 20, `above 0: ${above}`);
+  assert.ok(Math.abs(unknown[0] - unknown[2]) < 8, `not known: ${unknown}`);
+  await page.locator("select", { hasText: "automatic" }).selectOption("typed");
+  await page.getByRole("textbox", { name: "From" }).fill("-0.5");
+  await page.keyboard.press("Enter");
+  await page.getByRole("textbox", { name: "To", exact: true }).fill("0,25");
+  await page.keyboard.press("Tab");
+  await until(page, () => /-0\.500\.25/.test(document.querySelector(".legend").textContent));
+  await page.locator("select", { hasText: "nothing" }).selectOption("map:normal");
+  await until(page, () => document.querySelector(".legend.vector"));
+  await page.locator("select", { hasText: "as a color" }).selectOption("z");
+  await until(page, () => /normal, z/.test(document.querySelector(".legend").textContent));
 });
 
 nightly("a metal that mirrors nothing is black in any light, and has its colors without light", async () => {
@@ -354,20 +468,107 @@ test("a stroke of the brush has no gaps and takes no time; undo and redo", async
   await until(page, () => window.patinate.status().running === false);
   const painted = await same_planes(), then = await iteration();
   await page.keyboard.press("p");
+  const is_back = (can_redo) => until(page, ([end, has_redo]) => { const s = window.patinate.status(); return s.iteration === end && !s.running && s.can_redo === has_redo; }, [then, can_redo]);
   await page.keyboard.press("Control+z");
-  await until(page, (end) => window.patinate.status().iteration === end, at);
+  await is_back(true);  // The iterations since are done again without it.
+  const never_painted = await same_planes();
+  assert.notEqual(never_painted, painted);
   await page.keyboard.press("Control+Shift+Z");
-  await until(page, (end) => window.patinate.status().iteration === end, then);
+  await is_back(false);
   assert.equal(await same_planes(), painted);
   await page.getByRole("button", { name: "Undo" }).click();
-  await until(page, (end) => window.patinate.status().iteration === end, at);
-  assert.equal(await page.getByRole("button", { name: "Undo" }).isEnabled(), false);
+  await is_back(true);
   await page.keyboard.press("Control+y");
-  await until(page, (end) => window.patinate.status().iteration === end, then);
+  await is_back(false);
+  assert.equal(await same_planes(), painted);
   await page.keyboard.press("Control+Z");  // Caps Lock.
-  await until(page, (end) => window.patinate.status().iteration === end, at);
+  await is_back(true);
+  assert.equal(await same_planes(), never_painted);
   assert.ok(at >= from && (await page.getByRole("button", { name: "Redo" }).isEnabled()));
-  if (at === from) assert.equal(await same_planes(), start);
+  assert.notEqual(start, never_painted, "time went on");
+});
+
+test("a setting is undone without losing an iteration, from the keyboard and from the list of steps", async () => {
+  const field = page.getByRole("textbox", { name: "Ratio r: washes or deposits" });
+  const ratio = () => in_page(() => window.patinate.scene().exchange.ratio);
+  const before = await ratio();
+  await field.click();
+  await page.keyboard.type("0,85");
+  await page.keyboard.press("Enter");
+  await until(page, () => window.patinate.scene().exchange.ratio === 0.85);
+  await run_for(8);
+  const then = await iteration();
+  assert.match(await page.locator(".steps-done [aria-current]").textContent(), /Ratio 0\.85/);
+  await field.focus();
+  await page.keyboard.press("Control+z");  // Nothing is typed in the field: the scene's.
+  await until(page, (value) => window.patinate.scene().exchange.ratio === value, before);
+  assert.equal(await iteration(), then);
+  assert.equal(await field.inputValue(), String(before));
+  await page.locator(".steps-done .undone button", { hasText: "Ratio 0.85" }).click();
+  await until(page, () => window.patinate.scene().exchange.ratio === 0.85);
+  await page.locator(".steps-done button", { hasText: "Before all these" }).click();
+  await until(page, () => window.patinate.status().can_undo === false);
+  await until(page, (end) => window.patinate.status().iteration === end && !window.patinate.status().running, then);
+  assert.equal(await ratio(), before);
+  assert.equal(await iteration(), then);
+  await same_planes();
+});
+
+test("the brush carries any material, as much as is asked for, and an eraser takes it away again", async () => {
+  const brush = () => in_page(() => window.patinate.scene().emitters.find((e) => e.name === "brush").carries);
+  const painting = page.locator("details", { has: page.locator("summary", { hasText: "Paint on the surface" }) });
+  await painting.locator("select", { hasText: "spout" }).selectOption("brush");
+  await painting.locator("select", { hasText: "moss" }).selectOption("moss");
+  await until(page, () => { const c = window.patinate.scene().emitters.find((e) => e.name === "brush").carries; return c.moss > 0 && c.water === 0 && c.dirt === 0; });
+  const flow = painting.getByRole("textbox", { name: "Flow" });
+  await flow.click();
+  await page.keyboard.type("3");
+  await page.keyboard.press("Enter");
+  await until(page, () => window.patinate.scene().emitters.find((e) => e.name === "brush").carries.moss === 3);
+  assert.equal((await brush()).moss, 3);
+  await in_page(() => window.patinate.send("event", { event: { op: "rate", target: "moss", rate: 0.5 } }));
+  const moss = () => in_page(() => window.patinate.status().ledger.moss.on_surfaces);
+  const stroke = async () => {
+    await page.mouse.move(420, 500);
+    await page.mouse.down();
+    for (let x = 430; x <= 600; x += 10) await page.mouse.move(x, 502);
+    await page.mouse.up();
+    await until(page, () => window.patinate.status().painting === false);
+    await page.waitForTimeout(400);
+  };
+  const none = await moss(), at = await iteration();
+  await page.keyboard.press("p");
+  await stroke();
+  const laid = await moss();
+  assert.ok(laid > none, `${laid} of moss`);
+  await painting.getByRole("radio", { name: "Erase" }).click();
+  await painting.locator("select", { hasText: "everything" }).selectOption("moss");
+  await stroke();
+  const left = await moss();
+  assert.ok(left < 0.6 * laid, `${left} of ${laid} are left`);
+  assert.equal(await iteration(), at, "neither takes time");
+  assert.match(await page.locator(".steps-done [aria-current]").textContent(), /Erase with brush/);
+  await page.keyboard.press("Control+z");
+  await until(page, (amount) => Math.abs(window.patinate.status().ledger.moss.on_surfaces / amount - 1) < 1e-6, laid);
+  await painting.getByRole("radio", { name: "Paint" }).click();
+  await page.keyboard.press("p");
+  await same_planes();
+});
+
+test("a place of a running scene has all its numbers, and their curve once it runs", async () => {
+  await page.locator(".thing button", { hasText: "wall" }).focus();
+  await page.mouse.click(500, 420);
+  const panel = page.locator("details", { has: page.locator("summary", { hasText: "Values of a place" }) });
+  await panel.locator("dd").first().waitFor();
+  assert.match(await panel.locator("dl").textContent(), /water[\d.]+.*height-?[\d.]+ mmL\*/);
+  await run_for(30);
+  await panel.locator("select", { hasText: "color" }).selectOption("color");
+  await panel.locator(".chart").waitFor();
+  const [file] = await Promise.all([page.waitForEvent("download"), panel.getByRole("button", { name: "Save as CSV" }).click()]);
+  const [head, ...rows] = (await readFile(await file.path(), "utf8")).trim().split("\n");
+  assert.match(head, /^iteration,time \(d\),water \(amount\),.*height \(mm\)/);
+  assert.ok(rows.length >= 2);
+  await panel.getByRole("button", { name: "Let go" }).click();
 });
 
 test("the way back to the start is asked for, and can be undone", async () => {
@@ -423,20 +624,27 @@ test("the colors of amounts and counters span what is there, with numbers and a 
   await page.locator("select", { hasText: "nothing" }).selectOption("water");
 });
 
-test("messages wrap, cover nothing, can be closed, and go when their cause is gone", async () => {
+test("messages wrap, leave the picture where it is and uncovered, can be closed, and go when their cause is gone", async () => {
   const long = `missing_${"folder_without_a_place_to_break_".repeat(12)}/scene.json`;
   const box_of = (selector) => page.locator(selector).first().boundingBox();
   for (const width of [1280, 420]) {
     await page.setViewportSize({ width, height: 720 });
+    const before = await box_of(".stage");
     await page.locator("select", { hasText: "nothing" }).evaluate(() => { window.patinate.live.events.problem(`/data/${"a_long_name_".repeat(30)}: is wrong`); });
-    const notice = await box_of(".notice");
+    const notice = await box_of(".notices");
     assert.ok(notice.x >= 0 && notice.x + notice.width <= width, `${JSON.stringify(notice)} in ${width}`);
     assert.ok(await in_page(() => [...document.querySelectorAll(".notice span")].every((s) => s.scrollWidth <= s.clientWidth + 1)), "nothing runs out of it");
-    for (const other of [".stage", ".run-bar", ".panel", ".top"]) {
+    assert.deepEqual(await box_of(".stage"), before, "the picture stays");
+    for (const other of [".stage", ".run-bar", ".top"]) {
       const box = await box_of(other);
-      const apart = notice.y + notice.height <= box.y + 0.5 || box.y + box.height <= notice.y + 0.5;
-      assert.ok(apart, `${other} ${JSON.stringify(box)} lies under ${JSON.stringify(notice)}`);
+      const is_apart = notice.y + notice.height <= box.y + 0.5 || box.y + box.height <= notice.y + 0.5 || box.x + box.width <= notice.x + 0.5;
+      assert.ok(is_apart, `${other} ${JSON.stringify(box)} lies under ${JSON.stringify(notice)}`);
     }
+    // All of the panel can be scrolled to above it.
+    await page.locator(".panel").evaluate((panel) => { panel.scrollTop = panel.scrollHeight; });
+    const end = await page.getByRole("button", { name: "Export" }).boundingBox();
+    assert.ok(end.y + end.height <= notice.y + 0.5, `${JSON.stringify(end)} and ${JSON.stringify(notice)}`);
+    await page.locator(".panel").evaluate((panel) => { panel.scrollTop = 0; });
     await page.locator(".notice button").first().click();
     assert.equal(await page.locator(".notice").count(), 0);
   }
@@ -531,15 +739,41 @@ nightly("two browsers see the same scene", async () => {
   await second.close();
 });
 
-test("an export has a GLB that the Khronos validator accepts", async () => {
+test("an export can be downloaded file by file and as a whole, and its GLB opens with its textures", async () => {
   await page.getByRole("button", { name: "Export" }).click();
   await page.locator("dialog input[type=text]").fill("exported");
   await page.locator("dialog").getByRole("button", { name: "Save" }).click();
-  await page.waitForSelector("dialog", { state: "detached" });
-  const { glb } = Object.fromEntries(await Promise.all(["model.glb"].map(async (f) => ["glb", join(folder, "exported", f)])));
-  assert.ok((await stat(glb)).size > 1000);
+  await page.locator("dialog .files a").first().waitFor();
+  const names = await page.locator("dialog .files a").allTextContents();
+  for (const name of ["model.glb", "color.png", "height.exr", "scene.json", "controls/hits.exr"]) assert.ok(names.includes(name), `${name} of ${names}`);
+  for (const name of names) {
+    const [file] = await Promise.all([page.waitForEvent("download"), page.locator("dialog .files a", { hasText: new RegExp(`^${name.replace(".", "\\.")}$`) }).click()]);
+    assert.deepEqual(await readFile(await file.path()), await readFile(join(folder, "exported", name)), name);
+  }
+  const [zip] = await Promise.all([page.waitForEvent("download"), page.locator("dialog").getByRole("button", { name: "Download all" }).click()]);
+  assert.equal(zip.suggestedFilename(), "exported.zip");
+  const listed = execFileSync("python3", ["-m", "zipfile", "-l", await zip.path()], { encoding: "utf8" });
+  for (const name of names) assert.ok(listed.includes(`exported/${name}`), `${name} in ${listed}`);
+  const glb = join(folder, "exported", "model.glb");
   const validator = fileURLToPath(new URL("../gltf/", import.meta.url));
   if (existsSync(join(validator, "node_modules"))) execFileSync(process.execPath, [join(validator, "validate.mjs"), glb]);
+  await page.locator("dialog").getByText("Look at the model").click();
+  await until(page, () => window.patinate?.view === "mesh" && window.patinate.is_ready());
+  const materials = await in_page(() => {
+    const found = [];
+    window.patinate.viewer.content.traverse((o) => { if (o.isMesh) found.push({ color: o.material.map?.image?.width ?? 0, roughness: o.material.roughnessMap !== null, normal: o.material.normalMap !== null }); });
+    return found;
+  });
+  assert.ok(materials.length > 0 && materials.every((m) => m.color === 256 && m.roughness && m.normal), JSON.stringify(materials));
+  await open_place(page, server, "wall/scene.json");
+  await scene_is_ready(page);
+});
+
+test("the first stop of Tab is Run, the second one a step", async () => {
+  await page.keyboard.press("Tab");
+  assert.equal(await in_page(() => document.activeElement.textContent), "Run");
+  await page.keyboard.press("Tab");
+  assert.equal(await in_page(() => document.activeElement.getAttribute("aria-label")), "One step");
 });
 
 test("when the server was killed and started again, the page comes back, and what was painted with it", async () => {

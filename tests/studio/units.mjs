@@ -11,8 +11,8 @@ const client = resolve(process.argv[2] ?? "tools/studio/client");
 const { build } = createRequire(join(client, "package.json"))("esbuild");
 const folder = await mkdtemp(join(tmpdir(), "patinate-units-"));
 after(() => rm(folder, { recursive: true }));
-const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief", "ui/keys", "color/range", "simulation/way", "simulation/recorded", "capture/landmarks"];
-await build({ stdin: { contents: modules.map((m) => `export * from "./src/${m}";`).join("\n"), resolveDir: client, loader: "ts" }, bundle: true, format: "esm", platform: "node", outfile: join(folder, "units.mjs"), logLevel: "warning" });
+const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief", "ui/keys", "color/range", "ui/numbers", "scene/picking", "simulation/way", "simulation/recorded", "capture/landmarks"];
+await build({ stdin: { contents: `${modules.map((m) => `export * from "./src/${m}";`).join("\n")}\nexport * as THREE from "three";`, resolveDir: client, loader: "ts" }, bundle: true, format: "esm", platform: "node", outfile: join(folder, "units.mjs"), logLevel: "warning" });
 const u = await import(pathToFileURL(join(folder, "units.mjs")).href);
 
 const kRounding = 1e-9;
@@ -142,10 +142,63 @@ test("a map's colors span what most of it has, and its few largest numbers do no
   assert.ok(Math.abs(narrow.low - 10.02) < 0.011 && Math.abs(narrow.high - 10.98) < 0.011, JSON.stringify(narrow));
   const signed = u.range_of(Float32Array.from({ length: 101 }, (_, i) => i - 50));
   assert.ok(signed.low < -45 && signed.high > 45);
-  assert.deepEqual(u.range_of(new Float32Array(5)), { low: 0, high: 0, most: 0 });
+  assert.deepEqual(u.range_of(new Float32Array(5)), { low: 0, high: 0, least: 0, most: 0 });
   assert.equal(u.range_of(new Float32Array([NaN, Infinity, 3])).high, 3);
   const many = u.range_of(Float32Array.from({ length: 600001 }, (_, i) => i));
   assert.ok(Math.abs(many.high / 588000 - 1) < 0.001 && many.most === 600000, JSON.stringify(many));
+});
+
+test("a range is what the user says: all, without outliers, typed, by factors; and on both sides of 0 by the same steps", () => {
+  const values = Float32Array.from({ length: 1001 }, (_, i) => i - 200);  // -200 to 800.
+  values[0] = NaN;
+  const of = (choice) => u.chosen_range(values, { ...u.kAutomatic, ...choice });
+  const automatic = of({});
+  assert.ok(automatic.low === -automatic.high && automatic.high > 770 && automatic.high < 790, JSON.stringify(automatic));
+  assert.deepEqual(of({ mode: "all" }), { low: -199, high: 800, least: -199, most: 800 });
+  const narrow = of({ mode: "percentile", percent: 10 });
+  assert.ok(Math.abs(narrow.low + 99) <= 1 && Math.abs(narrow.high - 701) <= 1, JSON.stringify(narrow));
+  assert.deepEqual(of({ mode: "typed", low: -5, high: 20 }), { low: -5, high: 20, least: -199, most: 800 });
+  const factors = of({ mode: "all", is_log: true });
+  assert.ok(factors.low > 0 && factors.high === 800);
+  assert.deepEqual([-5, 0, 10, 20].map((v) => u.share_in(v, { low: -5, high: 20 }, false)), [0, 0.5, 0.75, 1]);
+  assert.deepEqual([0, 5, 10].map((v) => u.share_in(v, { low: 0, high: 10 }, false)), [0, 0.5, 1]);
+  assert.ok(Math.abs(u.share_in(10, { low: 1, high: 100 }, true) - 0.5) < kRounding);
+});
+
+test("colors on both sides of 0 grow darker away from it, equally far", () => {
+  const lightness = (x) => u.lab_from_linear(u.diverging_color(x))[0];
+  for (let i = 0; i < 10; ++i) {
+    assert.ok(lightness(0.5 - (i + 1) / 20) < lightness(0.5 - i / 20) && lightness(0.5 + (i + 1) / 20) < lightness(0.5 + i / 20));
+  }
+  assert.ok(Math.abs(lightness(0) - lightness(1)) < 8);
+});
+
+test("numbers are read as people type them", () => {
+  assert.deepEqual(["0.5", " 0,5 ", "1e-3", "\u22122", "", "two", "1.2.3"].map(u.parse_number), [0.5, 0.5, 0.001, -2, undefined, undefined, undefined]);
+});
+
+test("a pick finds what three.js finds, from either side and through moved objects", () => {
+  const { THREE } = u, content = new THREE.Group(), next = random(5);
+  for (const x of [-60, 60]) {
+    const mesh = new THREE.Mesh(new THREE.TorusKnotGeometry(40, 12, 200, 24), new THREE.MeshBasicMaterial({ side: THREE.DoubleSide }));
+    mesh.position.set(x, 5, -x / 3);
+    mesh.rotation.set(0.3, x / 100, 0.1);
+    mesh.scale.setScalar(x > 0 ? 1.3 : 0.8);
+    content.add(mesh);
+  }
+  content.updateMatrixWorld(true);
+  const caster = new THREE.Raycaster();
+  let num_hits = 0;
+  for (let i = 0; i < 200; ++i) {
+    caster.ray.origin.set(220 * (next() - 0.5), 120 * (next() - 0.5), 300);
+    caster.ray.direction.set(0.4 * (next() - 0.5), 0.4 * (next() - 0.5), -1).normalize();
+    const expected = caster.intersectObject(content, true)[0], found = u.first_hit(caster.ray, content);
+    assert.equal(found !== undefined, expected !== undefined);
+    if (!found) continue;
+    ++num_hits;
+    assert.ok(found.point.distanceTo(expected.point) < 1e-3 && found.uv.distanceTo(expected.uv) < 1e-4 && found.object === expected.object);
+  }
+  assert.ok(num_hits > 50);
 });
 
 test("what can be resumed says how far it went and when it was saved, in the time of who reads it", () => {

@@ -10,7 +10,8 @@ const folder = resolve(process.argv[2] ?? "built");
 const debug = process.argv.includes("--debug");
 await mkdir(folder, { recursive: true });
 
-const license = await readFile(join(here, "node_modules/three/LICENSE"), "utf8");
+// What is inside, with the texts that it comes under.
+const licenses = await Promise.all(["three", "three-mesh-bvh"].map(async (name) => `${name}:\n${(await readFile(join(here, "node_modules", name, "LICENSE"), "utf8")).trim()}`));
 const { metafile } = await build({
   absWorkingDir: here,
   entryPoints: { studio: "src/main.ts" },
@@ -21,7 +22,7 @@ const { metafile } = await build({
   format: "iife",
   target: ["es2021", "chrome100", "firefox100", "safari15"],
   legalComments: "none",
-  banner: { js: `/*! patinate studio. Contains three.js:\n${license.trim()}\n*/` },
+  banner: { js: `/*! patinate studio. Contains\n${licenses.join("\n\n")}\n*/` },
   metafile: true,
   logLevel: "warning",
 });

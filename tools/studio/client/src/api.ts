@@ -142,15 +142,17 @@ export interface FloatMap {
   width: number;
   height: number;
   channels: number;
+  unit: string;
   values: Float32Array;
 }
 
-export async function get_map(place: string, name: string, size?: number, signal?: AbortSignal): Promise<FloatMap> {
-  const reply = await get(url_of("/api/map", { place, name, size }), signal);
+/// @param time  Of maps that frames have.
+export async function get_map(place: string, name: string, size?: number, signal?: AbortSignal, time?: number): Promise<FloatMap> {
+  const reply = await get(url_of("/api/map", { place, name, size, time }), signal);
   const [width, height, channels] = ["X-Width", "X-Height", "X-Channels"].map((h) => Number(reply.header(h))) as [number, number, number];
   const values = new Float32Array(reply.bytes);
   if (values.length !== width * height * channels) throw new StudioError("The server sent a map that is not as large as it says.");
-  return { width, height, channels, values };
+  return { width, height, channels, unit: reply.header("X-Unit") ?? "", values };
 }
 
 export const get_places = (signal?: AbortSignal): Promise<Places> => get_json("/api/places", signal);

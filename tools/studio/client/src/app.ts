@@ -9,6 +9,7 @@ import { key_of } from "./ui/keys";
 import { clear_notices, failure, notice_area, settle } from "./ui/notices";
 import { current_theme, on_theme, start_theme, toggle_theme } from "./ui/theme";
 import { CaptureView } from "./views/capture_view";
+import { CompareView } from "./views/compare_view";
 import { HistoryView } from "./views/history_view";
 import { LandmarksView } from "./views/landmarks_view";
 import { MeshView } from "./views/mesh_view";
@@ -18,6 +19,7 @@ import { SimulationView } from "./views/simulation_view";
 import type { View } from "./views/view";
 
 const kHistoryKinds = ["history", "transfer", "simulation"];
+const kWith = "with:";  // The mode of an address that names a second result.
 
 export class App {
   private view: View | undefined;
@@ -33,8 +35,8 @@ export class App {
     on_theme(show_theme);
     show_theme();
     const home = h("a", { class: "brand", href: "#/", "aria-label": "patinate studio: all places" }, h("i", { class: "logo", "aria-hidden": "true" }), h("b", {}, "patinate"), h("span", {}, "studio"));
-    replace(root, h("a", { class: "skip", href: "#main", onclick: (e: Event) => { e.preventDefault(); this.body.querySelector("canvas")?.focus(); } }, "To the picture"),
-      h("header", { class: "top" }, home, this.crumbs, h("div", { class: "spacer" }), theme, icon_button("help", "Help and keys", open_help, "?")), this.busy, notice_area, this.body);
+    // What is worked with comes first for Tab and for screen readers; the header stands above it.
+    replace(root, this.body, h("header", { class: "top" }, home, this.crumbs, h("div", { class: "spacer" }), theme, icon_button("help", "Help and keys", open_help, "?")), this.busy, notice_area);
     on_answer((path) => { settle(kServer); settle(path); });
     on_busy((num) => this.busy.classList.toggle("on", num > 0));
     window.addEventListener("hashchange", () => void this.open());
@@ -76,6 +78,7 @@ export class App {
     if (mode === "steps") return new CaptureView(info as StepsPlace);
     if (info.kind === "report") return new ReportView(info);
     if (info.kind === "scene" || (info.kind === "simulation" && is_live)) return new SimulationView(info);
+    if (kHistoryKinds.includes(info.kind) && mode.startsWith(kWith)) return new CompareView(info as HistoryPlace, mode.slice(kWith.length));
     if (kHistoryKinds.includes(info.kind)) return new HistoryView(info as HistoryPlace);
     if (info.kind === "mesh") return new MeshView(info);
     return new CaptureView(info as StepsPlace);
@@ -103,8 +106,11 @@ export class App {
 
   private key(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
-    const is_typing = target.matches("input[type=text], textarea, select") || document.querySelector("dialog[open]") !== null;
-    if (is_typing) return;
+    if (document.querySelector("dialog[open]") !== null) return;
+    const is_typing = target.matches("input[type=text], textarea, select");
+    // In a number field that nothing has been typed into, undo is that of the scene.
+    const is_untouched = target instanceof HTMLInputElement && target.matches(".number-field") && target.value === target.defaultValue;
+    if (is_typing && !(is_untouched && (event.ctrlKey || event.metaKey))) return;
     const is_slider = target.matches("input[type=range]") && event.key.startsWith("Arrow");
     const is_pressed = event.key === " " && target.matches("button, summary, a, input");
     if (is_slider || is_pressed || (event.key.startsWith("Arrow") && target.matches("[role=radio], [role=slider]"))) return;

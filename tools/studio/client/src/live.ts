@@ -1,6 +1,6 @@
 // A running scene: commands as promises, updates with credits, and coming back after the connection was lost.
 import { get_places, StudioError, url_of } from "./api";
-import type { Outcome, SceneState, Status, TilesHeader } from "./types";
+import type { Exported, Outcome, Probe, SceneState, Status, TilesHeader } from "./types";
 
 export type Connection = "connecting" | "open" | "lost";
 
@@ -13,6 +13,8 @@ export interface LiveEvents {
   gammatons(positions: Float32Array): void;
   hash(hash: { iteration: number; surface: string; relief: string }): void;
   outcome(outcome: Outcome): void;
+  probe(probe: Probe): void;
+  exported(exported: Exported): void;
   progress(text: string, done: number, total: number): void;
   notice(text: string): void;
   /// Something went wrong that no command waits for.
@@ -143,6 +145,8 @@ export class Live {
       case "status": this.events.status(message as unknown as Status); break;
       case "hash": this.events.hash(message as unknown as Parameters<LiveEvents["hash"]>[0]); break;
       case "outcome": this.events.outcome(message as unknown as Outcome); break;
+      case "probe": this.events.probe(message as unknown as Probe); break;
+      case "exported": this.events.exported(message as unknown as Exported); break;
       case "progress": this.events.progress(String(message["text"]), Number(message["done"]), Number(message["total"])); break;
       case "notice": this.events.notice(String(message["text"])); break;
     }

@@ -41,6 +41,12 @@ export interface HistoryPlace extends PlaceBase {
   controls?: ControlInfo[];
   maps?: string[];
   frame_masks?: boolean;
+  /// Maps that its frames have beside color.
+  frame_maps?: string[];
+  /// Materials whose amounts its frames have.
+  amounts?: string[];
+  /// The map that it is about, where its color says nothing.
+  shows?: string;
   /// What it knows of its material beyond color.
   material?: ("base" | "orm" | "reflectance")[];
   mesh?: boolean;
@@ -79,6 +85,10 @@ export interface Curve {
   times: number[];
   srgb: Vec3[];
   lab: Vec3[];
+  /// Other numbers that are known of the texel at the same times; null where a frame does not know them.
+  values?: { name: string; unit: string; values: (number | null)[] }[];
+  /// The same of what is constant in time.
+  constants?: { name: string; unit: string; value: number }[];
   source?: { place: string | null; x: number; y: number };
 }
 
@@ -166,8 +176,36 @@ export interface SceneState {
   relief_mm: [number, number];
   bounds_mm: [Vec3, Vec3];
   notes?: string[];
+  /// Both in the order in which they were done.
+  steps?: { done: Step[]; undone: Step[] };
   /// What can be resumed; null where nothing can, or it is being gone through.
   recording?: Recording | null;
+}
+
+/// One entry of the list that undo goes back in.
+export interface Step {
+  label: string;
+  iteration: number;
+}
+
+/// Files of an export, below the folder of `place`.
+export interface Exported {
+  place: string;
+  files: { path: string; bytes: number }[];
+}
+
+/// All that is known of one texel of a running scene.
+export interface Probe {
+  x: number;
+  y: number;
+  iteration: number;
+  time: number;
+  /// It lies inside the charts.
+  is_surface: boolean;
+  amounts?: Record<string, number>;
+  srgb?: Vec3;
+  specular?: number;
+  height_mm?: number;
 }
 
 /// What an earlier run of the program has left of a scene.
@@ -203,6 +241,8 @@ export interface Status {
   painting?: boolean;
   can_undo?: boolean;
   can_redo?: boolean;
+  /// The iteration to which it runs again after a stroke was undone.
+  catching_up?: number | null;
   exporting?: boolean;
   memory_mb: number;
 }

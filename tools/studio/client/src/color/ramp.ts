@@ -3,6 +3,8 @@ import type { Vec3 } from "../types";
 import { linear_from_lab, srgb_from_linear } from "./lab";
 
 const kNight: Vec3 = [16, 12, -34], kYellow: Vec3 = [88, -4, 66];
+/// Below 0, at 0 and above it: people with any color vision tell blue from orange, and how far it is from 0 by its lightness.
+const kBelow: Vec3 = [30, 14, -52], kZero: Vec3 = [90, 0, 4], kAbove: Vec3 = [36, 44, 44];
 
 /// Linear color of x in [0, 1].
 export function ramp_color(x: number): Vec3 {
@@ -11,17 +13,30 @@ export function ramp_color(x: number): Vec3 {
   return linear_from_lab(lab).map((c) => Math.min(Math.max(c, 0), 1)) as Vec3;
 }
 
-export function ramp_css(x: number): string {
-  return `rgb(${ramp_color(x).map((c) => Math.round(255 * srgb_from_linear(c))).join(" ")})`;
+/// The same of x in [0, 1] that stands for a number on both sides of 0; 0 is at 0.5.
+export function diverging_color(x: number): Vec3 {
+  const t = 2 * Math.min(Math.max(x, 0), 1) - 1, end = t < 0 ? kBelow : kAbove;
+  const lab = kZero.map((middle, i) => middle + Math.abs(t) * (end[i]! - middle)) as Vec3;
+  return linear_from_lab(lab).map((c) => Math.min(Math.max(c, 0), 1)) as Vec3;
+}
+
+export function ramp_css(x: number, is_diverging = false): string {
+  return `rgb(${(is_diverging ? diverging_color : ramp_color)(x).map((c) => Math.round(255 * srgb_from_linear(c))).join(" ")})`;
 }
 
 /// For a legend: left is low.
-export function ramp_gradient(): string {
-  return `linear-gradient(to right, ${Array.from({ length: 9 }, (_, i) => ramp_css(i / 8)).join(", ")})`;
+export function ramp_gradient(is_diverging = false): string {
+  return `linear-gradient(to right, ${Array.from({ length: 17 }, (_, i) => ramp_css(i / 16, is_diverging)).join(", ")})`;
 }
 
-/// `vec3 ramp_color(float)`; needs kLabShader.
+const glsl = (lab: Vec3): string => `vec3(${lab.map((v) => v.toFixed(1)).join()})`;
+
+/// `vec3 ramp_color(float)`, `vec3 diverging_color(float)`; needs kLabShader.
 export const kRampShader = /* glsl */ `
+vec3 diverging_color(float x) {
+  float t = 2.0 * clamp(x, 0.0, 1.0) - 1.0;
+  return clamp(linear_from_lab(mix(${glsl(kZero)}, t < 0.0 ? ${glsl(kBelow)} : ${glsl(kAbove)}, abs(t))), 0.0, 1.0);
+}
 vec3 ramp_color(float x) { return clamp(linear_from_lab(mix(vec3(${kNight.map((v) => v.toFixed(1)).join()}), vec3(${kYellow.map((v) => v.toFixed(1)).join()}), clamp(x, 0.0, 1.0))), 0.0, 1.0); }
 `;
 

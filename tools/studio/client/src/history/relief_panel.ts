@@ -29,9 +29,8 @@ export class ReliefPanel {
   /// @param dress  Shows the picture with light, or without.
   constructor(private readonly place: HistoryPlace, private readonly look: SurfaceLook, private readonly viewer: Viewer, private readonly dress: (is_lit: boolean) => void) {
     this.on = toggle("Light its relief", false, (is_on) => void this.light(is_on), "From its height map, or its normals; level places keep their color");
-    const degrees = (v: number): string => `${Math.round(v)}°`;
-    const around = slider({ label: "Lamp from", low: -180, high: 180, step: 1, value: kAround_deg, text: degrees, hint: "0°: from the right; 90°: from above", on_input: (v) => { this.around_deg = v; this.turn_on(); } });
-    const height = slider({ label: "Lamp above the picture", low: 5, high: 85, step: 1, value: kHeight_deg, text: degrees, hint: "Low: raking light", on_input: (v) => { this.height_deg = v; this.turn_on(); } });
+    const around = slider({ label: "Lamp from", low: -180, high: 180, step: 1, value: kAround_deg, unit: "°", hint: "0°: from the right; 90°: from above", on_input: (v) => { this.around_deg = v; this.turn_on(); } });
+    const height = slider({ label: "Lamp above the picture", low: 5, high: 85, step: 1, value: kHeight_deg, unit: "°", hint: "Low: raking light", on_input: (v) => { this.height_deg = v; this.turn_on(); } });
     const depth = slider({ label: "Depth", low: 0, high: 5, step: 0.05, value: 1, hint: "1: as measured", on_input: (v) => { look.uniforms.normal_amount.value = v; this.turn_on(); } });
     this.element = section("Light", false, this.on.element, h("div", { class: "stack" }, around.element, height.element, depth.element));
     viewer.scene.add(this.lamp.target);

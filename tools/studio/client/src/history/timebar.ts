@@ -1,5 +1,5 @@
 // The time slider with the real time stamps, and playing.
-import { icon_button, number_text, slider } from "../ui/controls";
+import { icon_button, slider } from "../ui/controls";
 import { h } from "../ui/dom";
 import { icon } from "../ui/icons";
 
@@ -30,7 +30,7 @@ export class Timebar {
     this.b = new TimeSlider("Second time", options, (t) => options.on_time("b", t));
     this.b.element.hidden = true;
     this.play_button = h("button", { type: "button", class: "primary round", "aria-label": "Play", title: "Play (Space)", onclick: () => this.toggle() }, icon("play"));
-    const speed = slider({ label: "Speed", low: span / kSlowest_s, high: span / kFastest_s, value: this.speed, logarithmic: true, text: (v) => `${number_text(v, 2)} ${unit}/s`, on_input: (v) => { this.speed = v; } });
+    const speed = slider({ label: "Speed", low: span / kSlowest_s, high: span / kFastest_s, value: this.speed, logarithmic: true, unit: `${unit}/s`, on_input: (v) => { this.speed = v; } });
     const transport = h("div", { class: "transport" }, icon_button("back", "Frame before", () => this.jump(-1), "←"), this.play_button, icon_button("step", "Next frame", () => this.jump(1), "→"));
     speed.element.classList.add("speed");
     if (times.length < 2) transport.hidden = speed.element.hidden = true;

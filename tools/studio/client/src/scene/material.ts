@@ -22,6 +22,7 @@ export class SurfaceLook {
     overlay_amount: { value: 0 },
     overlay_range: { value: new THREE.Vector2(0, 1) },
     overlay_kind: { value: 0 },
+    overlay_is_log: { value: 0 },
     gloss: { value: 0 },
     relief_mm: { value: new THREE.Vector2(0, 0) },
     displacement: { value: 0 },
@@ -53,7 +54,7 @@ export function show_material(look: SurfaceLook, side: "a" | "b", map: MaterialM
 
 const kDeclarations = /* glsl */ `
 uniform sampler2D map_b, overlay;
-uniform int comparison, overlay_kind;
+uniform int comparison, overlay_kind, overlay_is_log;
 uniform float wipe_px, difference_top, overlay_amount, gloss;
 uniform vec2 overlay_range;
 ${kLabShader}${kRampShader}
@@ -70,7 +71,37 @@ vec3 occlusion_roughness_metalness() { return is_second() ? texture2D(material_b
 vec3 reflectance() { return has_material[2] == 0 ? vec3(0.04) : is_second() ? texture2D(material_b[2], vMapUv).rgb : texture2D(material_a[2], vMapUv).rgb; }
 `;
 
-// overlay_kind: 0 numbers (below 0, or no number: none there), 1 source coordinates in [0, 1] as two colors, 2 roots of numbers.
+// What `overlay` holds.
+export const kOverlay = {
+  numbers: 0,      ///< A number and whether it is known.
+  coordinates: 1,  ///< Source coordinates in [0, 1] as two colors; below 0: none.
+  roots: 2,        ///< Roots of numbers.
+  directions: 3,   ///< x, y, z in [-1, 1] as red, green, blue; and whether they are known.
+  colors: 4,       ///< Red, green, blue in [0, 1], as codes; and whether they are known.
+} as const;
+
+const kOverlayColor = /* glsl */ `
+float overlay_share(float v) {
+  float low = overlay_range.x, high = overlay_range.y;
+  if (overlay_is_log != 0) return log(max(v, 1e-30) / low) / log(high / low);
+  if (low < 0.0 && high > 0.0) return v < 0.0 ? 0.5 - 0.5 * v / low : 0.5 + 0.5 * v / high;
+  return (v - low) / (high - low);
+}
+// Stripes stand for what nobody knows.
+vec3 unknown_color(vec3 seen) { return mix(seen, mod(gl_FragCoord.x + gl_FragCoord.y, 10.0) < 5.0 ? vec3(0.13) : vec3(0.30), 0.85); }
+vec3 overlay_color(vec3 seen, vec4 value) {
+  if (overlay_kind == 1) return value.r < 0.0 ? seen : clamp(linear_from_lab(vec3(66.0, 130.0 * (value.xy - 0.5))), 0.0, 1.0);
+  if (overlay_kind == 3 || overlay_kind == 4) {
+    if (value.a < 0.02) return unknown_color(seen);
+    vec3 code = value.rgb / value.a;
+    return pow(clamp(overlay_kind == 3 ? 0.5 + 0.5 * code : code, 0.0, 1.0), vec3(2.2));
+  }
+  if (overlay_kind == 0 && !(value.g >= 0.02)) return unknown_color(seen);
+  float share = overlay_share(overlay_kind == 2 ? value.r * value.r : value.r / value.g);
+  return overlay_range.x < 0.0 && overlay_range.y > 0.0 ? diverging_color(share) : ramp_color(share);
+}
+`;
+
 const kColor = /* glsl */ `
 vec4 now = texture2D(map, vMapUv);
 surface_gloss = now.a;
@@ -80,15 +111,7 @@ if (comparison == 1 && gl_FragCoord.x > wipe_px) seen = texture2D(map_b, vMapUv)
 seen = base_color(seen);
 #endif
 if (comparison == 2) seen = ramp_color(ciede2000(lab_from_linear(now.rgb), lab_from_linear(texture2D(map_b, vMapUv).rgb)) / difference_top);
-if (overlay_amount > 0.0) {
-  vec4 value = texture2D(overlay, vMapUv);
-  if (overlay_kind == 1) {
-    if (value.r >= 0.0) seen = mix(seen, clamp(linear_from_lab(vec3(66.0, 130.0 * (value.xy - 0.5))), 0.0, 1.0), overlay_amount);
-  } else if (value.r >= -0.5 && value.r == value.r) {
-    float number = overlay_kind == 2 ? value.r * value.r : value.r;
-    seen = mix(seen, ramp_color((number - overlay_range.x) / (overlay_range.y - overlay_range.x)), overlay_amount);
-  }
-}
+if (overlay_amount > 0.0) seen = mix(seen, overlay_color(seen, texture2D(overlay, vMapUv)), overlay_amount);
 diffuseColor.rgb *= seen;
 #ifdef STANDARD
 // Maps are read by their colors: light shapes them, and no more.
@@ -127,7 +150,7 @@ if (normal_amount > 0.0) {
 function extend(material: THREE.Material, look: SurfaceLook, is_lit: boolean): void {
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, look.uniforms);
-    shader.fragmentShader = shader.fragmentShader.replace("#include <common>", `#include <common>\n${kDeclarations}`).replace("#include <map_fragment>", kColor);
+    shader.fragmentShader = shader.fragmentShader.replace("#include <common>", `#include <common>\n${kDeclarations}${kOverlayColor}`).replace("#include <map_fragment>", kColor);
     if (!is_lit) return;
     shader.fragmentShader = shader.fragmentShader.replace("#include <common>", "#include <common>\nuniform sampler2D relief;\nuniform float normal_amount;\nfloat as_map;")
       .replace("#include <roughnessmap_fragment>", kRoughness).replace("#include <metalnessmap_fragment>", kMetalness).replace("#include <lights_physical_fragment>", kLights)
@@ -165,15 +188,33 @@ export function color_texture(width: number, height: number, bytes: Uint8Array):
   return texture;
 }
 
-/// One or two floats a texel.
-export function float_texture(width: number, height: number, channels: number, values: Float32Array, is_smooth = true): THREE.DataTexture {
-  // Half floats are filtered everywhere; three and four channels keep their first two.
-  const half = new Uint16Array(2 * width * height);
-  for (let i = 0; i < width * height; ++i) {
-    for (let c = 0; c < 2; ++c) half[2 * i + c] = THREE.DataUtils.toHalfFloat(values[channels * i + Math.min(c, channels - 1)]!);
-  }
-  const texture = new THREE.DataTexture(half, width, height, THREE.RGFormat, THREE.HalfFloatType);
+function data_texture(data: Float32Array, width: number, height: number, format: THREE.PixelFormat, is_smooth: boolean): THREE.DataTexture {
+  const texture = new THREE.DataTexture(data, width, height, format, THREE.FloatType);
   texture.magFilter = texture.minFilter = is_smooth ? THREE.LinearFilter : THREE.NearestFilter;
   texture.needsUpdate = true;
   return texture;
+}
+
+/// For kOverlay.numbers: what is no number is not known. @param is_smooth  The graphics card filters floats, and neighbors have to do with each other.
+export function number_texture(width: number, height: number, values: Float32Array, is_smooth: boolean): THREE.DataTexture {
+  const both = new Float32Array(2 * width * height);
+  for (let i = 0; i < width * height; ++i) {
+    const v = values[i]!;
+    if (Number.isFinite(v)) [both[2 * i], both[2 * i + 1]] = [v, 1];
+  }
+  return data_texture(both, width, height, THREE.RGFormat, is_smooth);
+}
+
+/// For kOverlay.directions and colors: three floats a texel.
+export function vector_texture(width: number, height: number, values: Float32Array, is_smooth: boolean): THREE.DataTexture {
+  const all = new Float32Array(4 * width * height);
+  for (let i = 0; i < width * height; ++i) {
+    if (Number.isFinite(values[3 * i]!)) all.set([values[3 * i]!, values[3 * i + 1]!, values[3 * i + 2]!, 1], 4 * i);
+  }
+  return data_texture(all, width, height, THREE.RGBAFormat, is_smooth);
+}
+
+/// For kOverlay.coordinates: two floats a texel, which have nothing to do with their neighbors'.
+export function coordinate_texture(width: number, height: number, values: Float32Array): THREE.DataTexture {
+  return data_texture(values, width, height, THREE.RGFormat, false);
 }

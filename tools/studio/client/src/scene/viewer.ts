@@ -3,17 +3,14 @@ import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { current_theme, on_theme } from "../ui/theme";
 import { Environments, lamp_direction, light_named } from "./environment";
+import { distance_to_fit } from "./framing";
+import { first_hit, prepare_picking, type Hit } from "./picking";
 
-export interface Hit {
-  point: THREE.Vector3;
-  normal: THREE.Vector3;
-  uv: THREE.Vector2;
-  object: THREE.Object3D;
-}
+export type { Hit };
 
 const kShadowTexels = 1024;
 const kClick_px = 5;
-const kLook_ms = 4;
+const kLook_ms = 4, kPrepare_ms = 250;
 const kSlow_ms = 45, kLeastScale = 0.5, kRest_ms = 350;
 
 export class Viewer {
@@ -130,6 +127,11 @@ export class Viewer {
     return new THREE.Box3().setFromObject(this.content);
   }
 
+  /// After the content has come: the first look at it costs nothing then.
+  content_has_come(): void {
+    window.setTimeout(() => { if (!this.is_disposed) prepare_picking(this.content); }, kPrepare_ms);
+  }
+
   /// The whole content in view. @param toward  Where the camera stands, seen from the content.
   fit(toward = new THREE.Vector3(0.55, 0.32, 1)): void {
     const box = this.bounds();
@@ -145,17 +147,7 @@ export class Viewer {
       this.controls.minZoom = this.camera.zoom / 4;
     } else {
       const way = toward.clone().normalize();
-      const half = Math.tan((this.camera.fov * Math.PI) / 360);
-      // Corners of the box, seen along `way`: all of them must lie in the frustum.
-      const right = new THREE.Vector3(0, 1, 0).cross(way).normalize();
-      const up = way.clone().cross(right);
-      let distance = 0;
-      for (let i = 0; i < 8; ++i) {
-        const corner = new THREE.Vector3(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y, i & 4 ? box.max.z : box.min.z).sub(center);
-        const reach = Math.max(Math.abs(corner.dot(up)) / half, Math.abs(corner.dot(right)) / (half * aspect));
-        distance = Math.max(distance, corner.dot(way) + reach);
-      }
-      distance *= this.margin;
+      const distance = this.margin * distance_to_fit(box, way, this.camera.fov, aspect);
       this.camera.position.copy(center).addScaledVector(way, distance);
       this.camera.near = distance / 200;
       this.camera.far = distance * 40;
@@ -192,11 +184,7 @@ export class Viewer {
 
   /// What lies under a point of the window, in `content`.
   pick(client_x: number, client_y: number): Hit | undefined {
-    this.aim(client_x, client_y);
-    const found = this.raycaster.intersectObject(this.content, true).find((i) => i.uv && i.object instanceof THREE.Mesh && i.object.visible && !(i.object instanceof THREE.InstancedMesh));
-    if (!found?.uv) return undefined;
-    const normal = found.face ? found.face.normal.clone().transformDirection(found.object.matrixWorld) : new THREE.Vector3(0, 0, 1);
-    return { point: found.point, normal, uv: found.uv, object: found.object };
+    return first_hit(this.aim(client_x, client_y), this.content);
   }
 
   /// A ray through a point of the window.

@@ -3,13 +3,14 @@ import { srgb_from_linear } from "../color/lab";
 import type { Appearance, SceneState } from "../types";
 import { section, slider, type Slider } from "../ui/controls";
 import { h, replace, throttle } from "../ui/dom";
+import { gesture } from "../ui/gesture";
 import type { SceneContext } from "./context";
 
 const kSend_ms = 60;
 const kFields: [keyof Appearance, string, number, number, string][] = [
   ["strength", "Strength", 0, 3, "How much amount 1 covers"], ["variation", "Variation", 0, 1, "Of the strength, from texel to texel"],
   ["specular", "Gloss", -1, 1, "Change of the specular value by amount 1"], ["specular_variation", "Variation of gloss", 0, 1, ""],
-  ["height", "Height, mm", -2, 3, "Change of the height by amount 1"], ["height_variation", "Variation of height", 0, 1, ""],
+  ["height", "Height", -2, 3, "Change of the height by amount 1"], ["height_variation", "Variation of height", 0, 1, ""],
 ];
 
 export class AppearancePanel {
@@ -25,11 +26,11 @@ export class AppearancePanel {
     this.sliders.clear();
     replace(this.body, scene.materials.map((material, i) => {
       const look = scene.appearance[material] ?? {};
-      const send = throttle(kSend_ms, (field: string, value: number) => void this.context.send("appearance", { appearance: { [material]: { [field]: value } } }));
+      const send = throttle(kSend_ms, (field: string, value: number) => void this.context.send("appearance", { appearance: { [material]: { [field]: value } }, gesture: gesture() }));
       const color = look.color ? `background:rgb(${look.color.map((c) => Math.round(255 * srgb_from_linear(c))).join(" ")})` : "";
       const all = kFields.filter(([field]) => look[field] !== undefined).map(([field, label, low, high, hint]) => {
         const value = look[field] as number;
-        const s = slider({ label, low: Math.min(low, value), high: Math.max(high, value), step: 0.01, value, hint, on_input: (v) => send(field, v) });
+        const s = slider({ label, low: Math.min(low, value), high: Math.max(high, value), step: 0.01, value, hint, open: field !== "variation", ...(field === "height" ? { unit: "mm" } : {}), on_input: (v) => send(field, v) });
         this.sliders.set(`${material} ${field}`, s);
         return s.element;
       });

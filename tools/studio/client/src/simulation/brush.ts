@@ -10,10 +10,13 @@ import { way_between, type Spot } from "./way";
 const kMove_ms = 25;
 const kWheelFactor = 1.0015;
 const kPinch_ms = 250;
+const kBrushColor = 0xf2a65a, kEraserColor = 0xffffff;
 
 export class Brush {
   /// Name of the emitter that paints.
   emitter = "";
+  /// Materials that it takes away, in place of laying any down; none: it paints.
+  erased: string[] = [];
   on_change: (() => void) | undefined;
   /// When a stroke began and moved: for measuring.
   last_sent = 0;
@@ -33,7 +36,7 @@ export class Brush {
   private readonly listeners = new AbortController();
 
   constructor(private readonly context: SceneContext, stage: HTMLElement) {
-    this.ring = new THREE.LineSegments(ring_geometry(), new THREE.LineBasicMaterial({ color: 0xf2a65a, depthTest: false, transparent: true }));
+    this.ring = new THREE.LineSegments(ring_geometry(), new THREE.LineBasicMaterial({ color: kBrushColor, depthTest: false, transparent: true }));
     this.ring.renderOrder = 10;
     this.ring.visible = false;
     context.viewer.scene.add(this.ring);
@@ -170,7 +173,8 @@ export class Brush {
       const is_last = i === parts.length - 1;
       if (part.length === 0 && !(is_last && phase === "end")) return;
       const positions = part.map((spot) => rounded(spot.point!));
-      void this.context.send("stroke", { emitter, positions, phase: is_last ? phase : "move", ...(i > 0 ? { jump: true } : {}) });
+      const erase = phase === "begin" && i === 0 && this.erased.length > 0 ? { erase: this.erased } : {};
+      void this.context.send("stroke", { emitter, positions, phase: is_last ? phase : "move", ...(i > 0 ? { jump: true } : {}), ...erase });
     });
   }
 
@@ -190,6 +194,7 @@ export class Brush {
   private show_ring(hit: Hit | undefined): void {
     const emitter = this.current();
     this.ring.visible = hit !== undefined && emitter !== undefined;
+    (this.ring.material as THREE.LineBasicMaterial).color.set(this.erased.length > 0 ? kEraserColor : kBrushColor);
     if (hit && emitter) {
       const is_brush = emitter.shape === "surface";
       const width = is_brush ? size_of(emitter)[0] : 0.06 * extent(this.context.scene);

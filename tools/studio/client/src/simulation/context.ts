@@ -8,8 +8,8 @@ export interface SceneContext {
   readonly is_running: boolean;
   /// A command; what goes wrong is shown to the user.
   send(op: string, fields?: Record<string, unknown>): Promise<void>;
-  /// One event as scene files have them: recorded, replayable.
-  event(event: Record<string, unknown>): void;
+  /// One event as scene files have them: recorded, replayable. @param label  What the step is called; several of one name are one.
+  event(event: Record<string, unknown>, label?: string): void;
 }
 
 export function overlay_of(entry: string | Overlay): Overlay {

@@ -1,8 +1,7 @@
-// Emitters and objects: chosen here or on the stage, switched, moved with handles; and the brush.
+// Emitters and objects: chosen here or on the stage, switched, moved with handles.
 import type { Emitter, SceneState } from "../types";
-import { number_text, section, segmented, select, slider, toggle, type Choice } from "../ui/controls";
+import { number_text, section, segmented, slider, toggle, type Choice } from "../ui/controls";
 import { h, replace, throttle } from "../ui/dom";
-import type { Brush } from "./brush";
 import { emitter_event, extent, size_of, type SceneContext } from "./context";
 import type { Chosen, HandleMode, Handles } from "./handles";
 
@@ -11,25 +10,19 @@ const kMostCarried = 4;
 const kShapes: Record<Emitter["shape"], string> = { point: "point", disk: "disk", rectangle: "rectangle", sphere: "sphere", sky: "whole sky", surface: "brush" };
 
 export class EmittersPanel {
-  readonly elements: HTMLElement[];
+  readonly element: HTMLElement;
   readonly mode: Choice<HandleMode>;
   private readonly list = h("div", { class: "things", role: "list", "aria-label": "Emitters and objects" });
   private readonly details = h("div", { class: "stack" });
-  private readonly brush_body = h("div", { class: "stack" });
   private readonly send: (emitter: Emitter) => void;
   private shown_details = "";
-  private shown_brush = "";
 
-  constructor(private readonly context: SceneContext, private readonly handles: Handles, private readonly brush: Brush) {
+  constructor(private readonly context: SceneContext, private readonly handles: Handles) {
     this.mode = segmented<HandleMode>("Handles", [["translate", "Move", "G"], ["rotate", "Rotate", "R"], ["scale", "Scale", "S"]], "translate", (mode) => handles.set_mode(mode));
     this.send = throttle(kSend_ms, (emitter: Emitter) => context.event(emitter_event(emitter)));
     const handles_shown = toggle("Show emitters", true, (on) => handles.set_visible(on));
-    this.elements = [
-      section("Emitters and objects", true, this.list, this.mode.element, this.details, handles_shown.element),
-      section("Paint on the surface", true, this.brush_body),
-    ];
+    this.element = section("Emitters and objects", true, this.list, this.mode.element, this.details, handles_shown.element);
     handles.on_choose = () => this.show(context.scene);
-    brush.on_change = () => this.show_brush(context.scene, true);
   }
 
   show(scene: SceneState): void {
@@ -44,7 +37,6 @@ export class EmittersPanel {
     replace(this.list, scene.emitters.map((e) => row("emitter", e.name, `${kShapes[e.shape]}, ${number_text(e.gammatons ?? 0)} gammatons`, this.switch_of(e))), scene.objects.map((o) => row("object", o.name, "object")));
     if (at >= 0) this.list.children[at]?.querySelector("button")?.focus();
     this.show_details(scene);
-    this.show_brush(scene);
   }
 
   choose(chosen: Chosen | undefined): void {
@@ -77,38 +69,9 @@ export class EmittersPanel {
       emitter.shape === "sky" && h("p", { class: "hint" }, "A sky rains on every place alike: it can be turned, not moved."),
       has_size && slider({ label: emitter.shape === "rectangle" ? "Width" : "Diameter", low: 0, high: Math.max(span, width), value: width, unit: "mm", on_input: (v) => set({ size: emitter.shape === "rectangle" ? [v, size_of(now())[1]] : v }) }).element,
       emitter.shape === "rectangle" && slider({ label: "Depth", low: 0, high: Math.max(span, depth), value: depth, unit: "mm", on_input: (v) => set({ size: [size_of(now())[0], v] }) }).element,
-      emitter.shape !== "sphere" && slider({ label: "Spread", low: 0, high: 90, step: 0.5, value: emitter.spread_deg ?? 0, text: (v) => `${number_text(v)}°`, hint: "Half angle of the cone", on_input: (v) => set({ spread_deg: v }) }).element,
+      emitter.shape !== "sphere" && slider({ label: "Spread", low: 0, high: 90, step: 0.5, value: emitter.spread_deg ?? 0, unit: "°", hint: "Half angle of the cone", on_input: (v) => set({ spread_deg: v }) }).element,
       slider({ label: "Speed", low: 1, high: 20000, value: emitter.speed ?? 1000, logarithmic: true, unit: "mm/s", on_input: (v) => set({ speed: v }) }).element,
       scene.materials.filter((m) => (emitter.carries?.[m] ?? 0) > 0 || scene.materials.length <= 4).map((m) =>
         slider({ label: `Carries ${m}`, low: 0, high: kMostCarried, step: 0.05, value: emitter.carries?.[m] ?? 0, on_input: (v) => set({ carries: { ...now().carries, [m]: v } }) }).element));
-  }
-
-  private show_brush(scene: SceneState, is_forced = false): void {
-    const emitter = this.brush.current();
-    const key = `${emitter?.name} ${emitter?.shape} ${scene.emitters.length}`;
-    if (!is_forced && key === this.shown_brush) return;
-    this.shown_brush = key;
-    if (!emitter) {
-      replace(this.brush_body, h("p", { class: "hint" }, "This scene has no emitter to paint with."));
-      return;
-    }
-    const span = extent(scene);
-    const with_what = select("Paint with", scene.emitters.map((e) => [e.name, e.name] as [string, string]), emitter.name, (name) => {
-      this.brush.emitter = name;
-      this.show_brush(scene, true);
-    });
-    const is_brush = emitter.shape === "surface";
-    replace(this.brush_body, with_what.element, is_brush ? [
-      slider({ label: "Size", low: span / 500, high: span / 2, value: size_of(emitter)[0], logarithmic: true, unit: "mm", hint: "Shift and wheel", on_input: (v) => this.brush_set({ size: v }) }).element,
-      slider({ label: "Distance", low: span / 1000, high: span / 2, value: emitter.distance ?? 10, logarithmic: true, unit: "mm", hint: "Wheel", on_input: (v) => this.brush_set({ distance: v }) }).element,
-      slider({ label: "Spread", low: 0, high: 90, step: 0.5, value: emitter.spread_deg ?? 0, text: (v) => `${number_text(v)}°`, on_input: (v) => this.brush_set({ spread_deg: v }) }).element,
-    ] : h("p", { class: "hint" }, `With the first stroke, ${emitter.name} becomes a brush that follows the surface.`));
-  }
-
-  private brush_set(fields: Partial<Emitter>): void {
-    const told = this.brush.on_change;
-    this.brush.on_change = undefined;  // The sliders are what changes it: they need not be made again.
-    this.brush.change(fields);
-    this.brush.on_change = told;
   }
 }

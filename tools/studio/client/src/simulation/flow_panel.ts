@@ -95,8 +95,8 @@ export class FlowPanel {
   private apply(name: string): void {
     const preset = kPresets[name];
     if (!preset) return;
-    this.context.event({ op: "behavior", behavior: { slider: preset.slider, absorb: preset.absorb } });
-    this.context.event({ op: "ratio", ratio: preset.ratio });
+    this.context.event({ op: "behavior", behavior: { slider: preset.slider, absorb: preset.absorb } }, preset.text);
+    this.context.event({ op: "ratio", ratio: preset.ratio }, preset.text);
     this.sliders.get("slider")?.set(preset.slider);
     this.sliders.get("absorb")?.set(preset.absorb);
     this.sliders.get("ratio")?.set(preset.ratio);

@@ -3,7 +3,9 @@ import * as THREE from "three";
 import type { SurfaceLook } from "../scene/material";
 import { TilePlane } from "../scene/texture_tiles";
 import type { Viewer } from "../scene/viewer";
-import type { TilesHeader } from "../types";
+import { color_text } from "../color/texel";
+import type { Overlay, SceneState, TilesHeader } from "../types";
+import { number_text } from "../ui/numbers";
 import { xxh64 } from "../xxh64";
 
 export class Planes {
@@ -65,4 +67,19 @@ export class Planes {
     for (const plane of [this.surface, this.relief, this.overlay]) plane.dispose();
     this.look.uniforms.gloss.value = 0;
   }
+}
+
+/// What the planes hold of a place, in words: the map that is shown, color, height. Bytes are rounded: a probe tells more digits.
+export function words_at(uv: { x: number; y: number }, planes: Planes | undefined, overlay: Overlay | undefined, scene: SceneState): string[] {
+  if (!planes) return [];
+  const { width, height } = planes, at = (share: number, size: number): number => Math.min(size - 1, Math.max(0, Math.floor(share * size)));
+  const i = at(uv.y, height) * width + at(uv.x, width), { data } = planes.surface;
+  const [low, high] = scene.relief_mm, relief = planes.relief.data[4 * i + 3]!;
+  const words = [color_text(data[4 * i]!, data[4 * i + 1]!, data[4 * i + 2]!)];
+  if (overlay) {
+    const value = (overlay.high ?? 1) * (planes.overlay.data[i]! / 255) ** 2, unit = overlay.unit === "1" || !overlay.unit ? "" : ` ${overlay.unit}`;
+    words.unshift(overlay.unit === "amount" ? `amount of ${overlay.name}: ${number_text(value)}` : `${overlay.name}: ${number_text(value)}${unit}`);
+  }
+  if (relief !== 127 && relief !== 128) words.push(`height ${number_text(low + ((high - low) * relief) / 255, 2)} mm`);
+  return words;
 }

@@ -1,6 +1,6 @@
 // Rules of aging: how fast each is, its products and reactants, its formula, and rules that come to the scene. Every change is an event of the run.
 import type { Rule, SceneState } from "../types";
-import { number_text, section, select, slider, type Slider } from "../ui/controls";
+import { section, select, slider, type Slider } from "../ui/controls";
 import { h, replace, throttle } from "../ui/dom";
 import type { SceneContext } from "./context";
 
@@ -55,11 +55,11 @@ export class RulesPanel {
 
   private make(rule: Rule, scene: SceneState): RuleControls {
     const change = (members: Record<string, unknown>): void => this.context.event({ op: "rule", target: rule.name, ...members });
-    const rate = slider({ label: "Rate", low: 0, high: Math.max(kLeastRate, kRoom * rule.rate), value: rule.rate, text: (v) => (v === 0 ? "rests" : `${number_text(v)} / ${scene.time_unit}`),
+    const rate = slider({ label: "Rate", low: 0, high: Math.max(kLeastRate, kRoom * rule.rate), value: rule.rate, open: true, unit: `/ ${scene.time_unit}`,
       hint: "Amount made per unit of time where the formula is 1; 0: the rule rests", on_input: throttle(kSend_ms, (v: number) => change({ rate: v })) });
     const current = (): Rule => this.context.scene.rules.find((r) => r.name === rule.name) ?? rule;
     const shares = (side: "products" | "reactants", word: string): [string, Slider][] => Object.entries(rule[side]).map(([material, value]) => [`${side} ${material}`,
-      slider({ label: `${word} ${material}`, low: 0, high: Math.max(kLeastShare, kRoom * value), value, hint: "Amount for each of the rule's extent",
+      slider({ label: `${word} ${material}`, low: 0, high: Math.max(kLeastShare, kRoom * value), open: true, value, hint: "Amount for each of the rule's extent",
         on_input: throttle(kSend_ms, (v: number) => change({ [side]: { ...current()[side], [material]: v } })) })]);
     const all = [...shares("products", "Product"), ...shares("reactants", "Reactant")];
     const formula = h("input", { type: "text", class: "formula", value: rule.driver, "aria-label": `Formula of ${rule.name}`, spellcheck: "false", title: "Over materials, slope, exposure, accessibility, height, age; Enter takes it" });

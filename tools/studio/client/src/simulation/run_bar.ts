@@ -28,7 +28,7 @@ export class RunBar {
   show(status: Status, is_running: boolean, unit: string, num_updates: number): void {
     if (is_running !== this.is_running) this.run.replaceChildren(icon(is_running ? "pause" : "play"), h("span", {}, is_running ? "Pause" : "Run"));
     this.is_running = is_running;
-    this.show_state(status.painting ? "painting" : is_running ? "running" : "paused");
+    this.show_state(status.painting ? "painting" : typeof status.catching_up === "number" ? `again to ${status.catching_up}` : is_running ? "running" : "paused");
     this.numbers.iteration.textContent = String(status.iteration);
     this.numbers.time.textContent = `${number_text(status.time)} ${unit}`;
     this.numbers.rate.textContent = is_running && status.iterations_per_s > 0 ? number_text(status.iterations_per_s) : "-";

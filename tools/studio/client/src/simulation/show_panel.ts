@@ -1,8 +1,11 @@
 // What is shown over the surface: amounts as colors, gammatons as points, plantlets, relief.
-import { range_legend, unit_text } from "../history/overlay_panel";
-import type { SurfaceLook } from "../scene/material";
+import { chosen_range, type MapRange } from "../color/range";
+import { range_legend, unit_text } from "../history/legends";
+import { RangeControl } from "../history/range_control";
+import { kOverlay, type SurfaceLook } from "../scene/material";
+import type { TilePlane } from "../scene/texture_tiles";
 import type { Overlay, SceneState } from "../types";
-import { number_text, section, select, slider, toggle } from "../ui/controls";
+import { section, select, slider, toggle } from "../ui/controls";
 import { h, replace } from "../ui/dom";
 import { overlay_of } from "./context";
 
@@ -21,7 +24,9 @@ export class ShowPanel {
   readonly shown: ShowOptions = { overlay: "", plantlets: false, gammatons: 0 };
   private readonly body = h("div", { class: "stack" });
   private amount = 1;
-  private is_whole = false;
+  private readonly range = new RangeControl(() => this.apply());
+  /// The bytes of the map that is shown.
+  plane: (() => TilePlane | undefined) | undefined;
   private overlay: Overlay | undefined;
 
   constructor(private readonly look: SurfaceLook, private readonly redraw: () => void, private readonly changed: () => void) {
@@ -32,16 +37,12 @@ export class ShowPanel {
     const overlays = scene.overlays.map(overlay_of);
     const choice = select("Color by", [["", "nothing"], ...overlays.map((o) => [o.name, o.name] as [string, string])], this.shown.overlay, (name) => this.choose(name, scene));
     const plant = this.plant(scene);
-    const range = select("Colors span", [["", "98 % of it"], ["whole", "all of it"]], this.is_whole ? "whole" : "", (value) => {
-      this.is_whole = value !== "";
-      this.apply();
-    });
-    replace(this.body, choice.element, range.element,
-      slider({ label: "Strength", low: 0, high: 1, value: this.amount, text: (v) => `${Math.round(100 * v)} %`, on_input: (v) => { this.amount = v; this.apply(); } }).element,
+    replace(this.body, choice.element, this.range.element,
+      slider({ label: "Strength", low: 0, high: 1, value: this.amount, unit: "%", factor: 100, on_input: (v) => { this.amount = v; this.apply(); } }).element,
       toggle("Gammatons as points", this.shown.gammatons > 0, (on) => { this.shown.gammatons = on ? kMostGammatons : 0; this.changed(); }, "Where material is under way").element,
       plant && toggle("Plantlets", this.shown.plantlets, (on) => { this.shown.plantlets = on; this.changed(); }, `Small plants where there is much ${plant}`).element,
-      slider({ label: "Relief of normals", low: 0, high: 3, step: 0.05, value: 1, text: (v) => `× ${number_text(v)}`, on_input: (v) => { this.look.uniforms.normal_amount.value = v; this.redraw(); } }).element,
-      slider({ label: "Displacement", low: 0, high: 10, step: 0.1, value: 0, text: (v) => `× ${number_text(v)}`, hint: "Heights move the mesh's vertices", on_input: (v) => { this.look.uniforms.displacement.value = v; this.redraw(); } }).element);
+      slider({ label: "Relief of normals", low: 0, high: 3, step: 0.05, value: 1, unit: "×", on_input: (v) => { this.look.uniforms.normal_amount.value = v; this.redraw(); } }).element,
+      slider({ label: "Displacement", low: 0, high: 10, step: 0.1, value: 0, unit: "×", hint: "Heights move the mesh's vertices", on_input: (v) => { this.look.uniforms.displacement.value = v; this.redraw(); } }).element);
   }
 
   /// The material that plantlets grow of.
@@ -63,8 +64,8 @@ export class ShowPanel {
 
   private choose(name: string, scene: SceneState): void {
     this.shown.overlay = name;
+    this.range.begin();
     this.show(scene);
-    this.apply();
     this.changed();
   }
 
@@ -74,14 +75,39 @@ export class ShowPanel {
     this.apply();
   }
 
-  private apply(): void {
+  /// The map that is shown, if any.
+  shown_overlay(): Overlay | undefined {
+    return this.shown.overlay ? this.overlay : undefined;
+  }
+
+  /// What the colors span now.
+  span(): MapRange {
     const { overlay } = this;
-    const most = overlay?.most ?? 0, [low, high] = this.is_whole ? [0, most] : overlay?.range ?? [0, most];
-    const top = overlay?.high ?? 1;
-    this.look.uniforms.overlay_kind.value = 2;
-    this.look.uniforms.overlay_range.value.set(low / top, high > low ? high / top : 1);
-    replace(this.legend_box, overlay?.range && range_legend(overlay.name, unit_text(overlay.unit), low, high, most));
-    this.look.uniforms.overlay_amount.value = this.shown.overlay ? Math.max(this.amount, 0.001) : 0;
+    const most = overlay?.most ?? 0, [low, high] = overlay?.range ?? [0, most];
+    const whole = { low: 0, high: most, least: 0, most };
+    if (this.range.choice.mode === "all" && !this.range.choice.is_log) return whole;
+    return { ...chosen_range(this.range.choice.mode === "percentile" ? this.values() : new Float32Array([0, most]), this.range.choice, { low, high, least: 0, most }), least: 0, most };
+  }
+
+  // A texel without any of it does not count.
+  private values(): Float32Array {
+    const bytes = this.plane?.()?.data ?? new Uint8Array(), top = this.overlay?.high ?? 1;
+    const there: number[] = [];
+    const step = Math.max(1, Math.floor(bytes.length / 400000));
+    for (let i = 0; i < bytes.length; i += step) if (bytes[i]! > 0) there.push(top * (bytes[i]! / 255) ** 2);
+    return new Float32Array(there);
+  }
+
+  private apply(): void {
+    const { overlay } = this, { uniforms } = this.look;
+    const range = this.span(), top = overlay?.high ?? 1, { is_log } = this.range.choice;
+    uniforms.overlay_kind.value = kOverlay.roots;
+    uniforms.overlay_is_log.value = is_log ? 1 : 0;
+    uniforms.overlay_range.value.set(range.low / top, range.high > range.low ? range.high / top : 1);
+    this.range.element.hidden = !overlay;
+    if (overlay?.range) this.range.show(range, unit_text(overlay.unit));
+    replace(this.legend_box, overlay?.range && range_legend({ name: overlay.name, unit: unit_text(overlay.unit), range, is_log }));
+    uniforms.overlay_amount.value = this.shown.overlay ? Math.max(this.amount, 0.001) : 0;
     this.redraw();
   }
 }

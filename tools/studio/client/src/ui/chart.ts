@@ -1,11 +1,12 @@
 // A small line chart with a mark that moves: SVG, readable in both themes.
 import { h, svg } from "./dom";
-import { number_text } from "./controls";
+import { number_text } from "./numbers";
 
 export interface Line {
   name: string;
   x: number[];
-  y: number[];
+  /// null: not known there.
+  y: (number | null)[];
   /// "series-1" .. "series-4" of the style sheet.
   style: string;
 }
@@ -40,10 +41,11 @@ export interface Chart {
 export function chart(lines: Line[], options: ChartOptions): Chart {
   const height = options.height ?? 150;
   const top = 8 + (options.strip ? kStrip + 4 : 0);
-  const all_x = lines.flatMap((l) => l.x), all_y = lines.flatMap((l) => l.y);
+  const all_x = lines.flatMap((l) => l.x), all_y = lines.flatMap((l) => l.y).filter((v): v is number => v !== null && Number.isFinite(v));
   const [x0, x1] = [Math.min(...all_x), Math.max(...all_x)];
   let [y0, y1] = [options.low ?? Math.min(...all_y), options.high ?? Math.max(...all_y)];
-  if (y0 === y1) [y0, y1] = [y0 - 1, y1 + 1];
+  if (!(y0 <= y1)) [y0, y1] = [0, 1];
+  if (y0 === y1) [y0, y1] = y0 === 0 ? [0, 1] : [y0 - Math.abs(y0) / 2, y1 + Math.abs(y1) / 2];
   const px = (x: number): number => kLeft + ((x - x0) / (x1 - x0 || 1)) * (kWidth - kLeft - kRight);
   const py = (y: number): number => height - kBottom - ((y - y0) / (y1 - y0)) * (height - kBottom - top);
   const root = svg("svg", { viewBox: `0 0 ${kWidth} ${height}`, class: "chart", role: "img", "aria-label": options.label });
@@ -59,7 +61,7 @@ export function chart(lines: Line[], options: ChartOptions): Chart {
       root.append(svg("rect", { x: px(from), y: 4, width: Math.max(1, px(to) - px(from) + 0.5), height: kStrip, fill: css[i]! }));
     });
   }
-  for (const line of lines) root.append(svg("polyline", { points: line.x.map((x, i) => `${px(x).toFixed(1)},${py(line.y[i]!).toFixed(1)}`).join(" "), class: `line ${line.style}` }));
+  for (const line of lines) root.append(svg("polyline", { points: line.x.flatMap((x, i) => { const y = line.y[i]; return y === null || y === undefined || !Number.isFinite(y) ? [] : [`${px(x).toFixed(1)},${py(y).toFixed(1)}`]; }).join(" "), class: `line ${line.style}` }));
   const mark = svg("line", { x1: kLeft, x2: kLeft, y1: 4, y2: height - kBottom, class: "mark" });
   root.append(mark);
   if (options.on_x) {

@@ -1,65 +1,10 @@
 // Labeled controls: what panels are made of.
 import { h, type Child } from "./dom";
 import { icon } from "./icons";
+import { unique_id } from "./numbers";
 
-export interface Slider {
-  element: HTMLElement;
-  set(value: number): void;
-  get(): number;
-}
-
-export interface SliderOptions {
-  label: string;
-  low: number;
-  high: number;
-  step?: number;
-  value: number;
-  /// Equal ways are equal factors; `low` must be above 0.
-  logarithmic?: boolean;
-  unit?: string;
-  hint?: string;
-  text?: (value: number) => string;
-  on_input?: (value: number) => void;
-  on_change?: (value: number) => void;
-}
-
-export function number_text(value: number, digits = 3): string {
-  if (!Number.isFinite(value)) return "-";
-  if (value === 0) return "0";
-  const size = Math.abs(value);
-  if (size >= 1e6 || size < 1e-4) return value.toExponential(1);
-  return String(size >= 10 ** digits ? Math.round(value) : Number(value.toPrecision(digits)));
-}
-
-let next_id = 0;
-const unique = (): string => `c${next_id++}`;
-const kLogSteps = 1000;
-
-export function slider(options: SliderOptions): Slider {
-  const id = unique();
-  const { low, high } = options;
-  const is_log = options.logarithmic === true;
-  const to_input = (value: number): number => (is_log ? (kLogSteps * Math.log(Math.max(value, low) / low)) / Math.log(high / low) : value);
-  const from_input = (value: number): number => (is_log ? low * (high / low) ** (value / kLogSteps) : value);
-  const text = options.text ?? ((value: number) => number_text(value) + (options.unit ? ` ${options.unit}` : ""));
-  const output = h("output", { for: id, class: "value" });
-  const input = h("input", { type: "range", id, min: is_log ? 0 : low, max: is_log ? kLogSteps : high, step: is_log ? 1 : (options.step ?? (high - low) / 200) });
-  const get = (): number => from_input(Number(input.value));
-  const show = (value: number): void => {
-    output.textContent = text(value);
-    input.setAttribute("aria-valuetext", text(value));
-    input.style.setProperty("--share", `${(100 * (Number(input.value) - Number(input.min))) / (Number(input.max) - Number(input.min) || 1)}%`);
-  };
-  const set = (value: number): void => {
-    if (input.matches(":active")) return;  // Never pull a handle out of the user's hand.
-    input.value = String(to_input(value));
-    show(value);
-  };
-  input.oninput = () => { show(get()); options.on_input?.(get()); };
-  input.onchange = () => options.on_change?.(get());
-  set(options.value);
-  return { element: h("div", { class: "control", title: options.hint }, h("label", { for: id }, options.label), output, input), get, set };
-}
+export { number_text } from "./numbers";
+export { number_field, slider, type NumberField, type Slider, type SliderOptions } from "./slider";
 
 export interface Choice<T extends string> {
   element: HTMLElement;
@@ -69,7 +14,7 @@ export interface Choice<T extends string> {
 
 /// A list to choose from. `options`: [value, text].
 export function select<T extends string>(label: string, options: [T, string][], value: T, on_change: (value: T) => void): Choice<T> & { set_options(options: [T, string][]): void } {
-  const id = unique();
+  const id = unique_id();
   const items = (list: [T, string][]): HTMLOptionElement[] => list.map(([v, text]) => h("option", { value: v }, text));
   const input = h("select", { id, onchange: () => on_change(input.value as T) }, items(options));
   input.value = value;
@@ -119,7 +64,7 @@ export interface Toggle {
 }
 
 export function toggle(label: string, value: boolean, on_change: (value: boolean) => void, hint?: string): Toggle {
-  const id = unique();
+  const id = unique_id();
   const input = h("input", { type: "checkbox", id, role: "switch", checked: value, onchange: () => on_change(input.checked) });
   return { element: h("div", { class: "control row switch", title: hint }, h("label", { for: id }, label), input), set: (v) => { input.checked = v; }, get: () => input.checked };
 }

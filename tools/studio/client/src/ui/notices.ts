@@ -1,11 +1,14 @@
-// Messages in a strip of their own above the page, so that they cover nothing. Short ones go away; errors stay until they are read, or until
-// what they are about works again.
+// Messages in the lower right corner, over the end of the panel, which scrolls: the picture neither moves nor is covered. Short ones go away;
+// errors stay until they are read, or until what they are about works again.
 import { button, icon_button } from "./controls";
 import { h } from "./dom";
 
 const stack = h("div", { class: "notices", role: "status", "aria-live": "polite" });
 /// For the page.
 export const notice_area: HTMLElement = stack;
+
+// A panel ends above them, so that all of it can be scrolled to.
+new ResizeObserver(() => document.documentElement.style.setProperty("--notices", `${stack.offsetHeight}px`)).observe(stack);
 
 const kStays_ms = 6000, kRead_ms = 70;  ///< At least, and for each letter.
 
@@ -50,6 +53,13 @@ export function clear_notices(): void {
 export function show_error(error: unknown, about = ""): void {
   if (error instanceof DOMException && error.name === "AbortError") return;
   notice(error instanceof Error ? error.message : String(error), "error", (error as { about?: string }).about || about);
+}
+
+/// Gives the user a file to keep.
+export function download(file: Blob, name: string): void {
+  const link = h("a", { href: URL.createObjectURL(file), download: name });
+  link.click();
+  window.setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
 export interface Progress {

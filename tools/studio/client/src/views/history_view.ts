@@ -1,22 +1,30 @@
 // A history as a picture, a transfer or finished simulation on its mesh: time, comparison, maps, curves, and where colors come from.
 import * as THREE from "three";
 import { get_mesh, is_static, post, type Texture } from "../api";
+import { ciede2000 } from "../color/lab";
+import { codes_at, color_text, lab_of_codes } from "../color/texel";
 import { CurvePanel } from "../history/curve_panel";
 import { FrameLoader } from "../history/frame_loader";
+import { RegionsPanel } from "../history/regions_panel";
 import { has_relief, ReliefPanel } from "../history/relief_panel";
 import { MaterialMaps } from "../history/material_maps";
-import { legend, OverlayPanel } from "../history/overlay_panel";
+import { legend } from "../history/legends";
+import { OverlayPanel } from "../history/overlay_panel";
 import { Timebar } from "../history/timebar";
 import { Wipe } from "../history/wipe";
 import { color_texture, flat_material, lit_material, SurfaceLook, type Comparison } from "../scene/material";
+import { Hover } from "../scene/hover";
 import { dress, picture_plane, read_glb } from "../scene/mesh_loader";
+import { Lasso } from "../scene/lasso";
+import { NameTags, Pin } from "../scene/pin";
 import { Viewer, type Hit } from "../scene/viewer";
 import { stored_times } from "../session";
 import type { HistoryPlace } from "../types";
 import { button, number_text, section, segmented, select, slider, toggle, type Choice } from "../ui/controls";
 import { h, replace } from "../ui/dom";
-import { progress, show_error } from "../ui/notices";
+import { download, progress, show_error } from "../ui/notices";
 import { xxh64 } from "../xxh64";
+import { other_result } from "./compare_view";
 import type { View } from "./view";
 import { facts_table, light_controls, toggle_full_screen, view_tools, workspace } from "./workspace";
 
@@ -36,10 +44,14 @@ export class HistoryView implements View {
   private readonly timebar: Timebar;
   private readonly wipe: Wipe;
   private readonly curve: CurvePanel;
+  private readonly overlay: OverlayPanel;
+  private readonly hover: Hover;
+  private readonly lasso: Lasso;
+  private readonly regions: RegionsPanel;
+  private readonly names: NameTags;
   private readonly legend_box = h("div", { class: "legends" });
   private readonly difference_legend = h("div", { class: "legends" });
-  private readonly pin = h("i", { class: "pin", hidden: true });
-  private pinned: THREE.Vector3 | undefined;
+  private readonly pin: Pin;
   private comparison: Comparison = "one";
   private readonly compare_choice: Choice<Comparison>;
   private readonly placeholder = color_texture(1, 1, new Uint8Array([128, 128, 128, 255]));
@@ -68,15 +80,24 @@ export class HistoryView implements View {
       this.place_wipe();
       this.viewer.invalidate();
     });
+    this.overlay = new OverlayPanel({ place, look: this.look, renderer: this.viewer.renderer, legend_box: this.legend_box, redraw: () => this.viewer.invalidate(), on_map: () => this.regions?.refresh(this.timebar.time) });
+    this.names = new NameTags(this.viewer, this.frame.stage);
+    this.regions = new RegionsPanel({ place, overlay: this.overlay, texture: () => this.shown.a, set_drawing: (is_on) => this.lasso.set_active(is_on), show_names: (names) => this.names.set(names), on_time: (time) => this.timebar.set_time(time) });
+    this.lasso = new Lasso(this.viewer, this.frame.stage, (hits) => this.regions.add(hits));
     this.curve = new CurvePanel(place, (time) => this.timebar.set_time(time));
     this.compare_choice = segmented<Comparison>("Compare", [["one", "One time"], ["wipe", "Wipe"], ["difference", "Difference"]], "one", (c) => this.compare(c));
     this.build_panel(has_mesh);
-    this.frame.stage.append(this.pin, h("div", { class: "legend-area" }, this.legend_box, this.difference_legend));
+    this.pin = new Pin(this.viewer, this.frame.stage);
+    this.frame.stage.append(h("div", { class: "legend-area" }, this.legend_box, this.difference_legend));
     this.frame.bar.append(this.timebar.element);
     view_tools(this.viewer, this.frame.tools, this.element);
-    this.viewer.on_click = (hit) => this.pick(hit);
-    this.viewer.after_frame = () => this.place_pin();
+    this.viewer.on_click = (hit) => { if (!this.lasso.is_active) this.pick(hit); };
+    this.viewer.after_frame = () => {
+      this.pin.place();
+      this.names.place();
+    };
     this.viewer.on_resize = () => this.place_wipe();
+    this.hover = new Hover(this.viewer, this.frame.stage, (hit) => this.words_of(hit));
     void this.load(has_mesh);
     this.tell_tests();
   }
@@ -91,6 +112,7 @@ export class HistoryView implements View {
       case "1": this.compare_by_key("one"); return true;
       case "2": this.compare_by_key("wipe"); return true;
       case "3": this.compare_by_key("difference"); return true;
+      case "Escape": this.regions.draw(false); return true;
     }
     return false;
   }
@@ -105,6 +127,9 @@ export class HistoryView implements View {
     this.textures.a?.dispose();
     this.textures.b?.dispose();
     this.relief?.dispose();
+    this.overlay.dispose();
+    this.hover.dispose();
+    this.lasso.dispose();
     this.lit.dispose();
     this.flat.dispose();
     this.viewer.dispose();
@@ -117,13 +142,12 @@ export class HistoryView implements View {
       this.go("a", this.timebar.time);
       this.go("b", this.timebar.second_time);
     });
-    const top = slider({ label: "Brightest at", low: 2, high: 60, step: 1, value: kDifferenceTop, text: (v) => `ΔE ${v}`, hint: "CIEDE2000; 1 is just noticeable", on_input: (v) => {
+    const top = slider({ label: "Brightest at", low: 2, high: 60, step: 1, value: kDifferenceTop, unit: "ΔE", hint: "CIEDE2000; 1 is just noticeable", on_input: (v) => {
       this.look.uniforms.difference_top.value = v;
       this.show_difference_legend();
       this.viewer.invalidate();
     } });
-    const compare = section("Compare", true, this.compare_choice.element, h("div", { class: "only-difference" }, top.element), !is_static() && between.element);
-    const overlay = new OverlayPanel(place, this.look, this.legend_box, () => this.viewer.invalidate());
+    const compare = section("Compare", true, this.compare_choice.element, h("div", { class: "only-difference" }, top.element), !is_static() && between.element, !is_static() && other_result(place.place));
     const exact = toggle("Exact colors, without light", false, (on) => {
       if (this.model) dress(this.model, on ? this.flat : this.lit);
       this.viewer.invalidate();
@@ -132,7 +156,7 @@ export class HistoryView implements View {
     const save = button("Save as one HTML file", () => void this.save_session(), { icon: "download", hint: "A page that opens without a server, for a paper's supplement" });
     this.frame.panel.append(
       h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind)),
-      compare, section("Color of a place", true, this.curve.element), section("Map over the surface", true, overlay.element),
+      compare, section("Color of a place", true, this.curve.element), section("Map over the surface", true, this.overlay.element), section("Regions", false, this.regions.element),
       has_mesh ? section("Light", false, light_controls(this.viewer), exact.element) : this.relief?.element ?? "",
       section("About", false, facts_table(place.facts ?? [])),
       is_static() ? "" : h("div", { class: "panel-foot" }, save));
@@ -153,15 +177,17 @@ export class HistoryView implements View {
         this.model = plane;
       }
       this.viewer.content.add(this.model);
+      this.viewer.content_has_come();
       this.viewer.fit();
       const { times } = this.place;
       const session = window.PATINATE_SESSION?.view as { time?: number; second_time?: number; comparison?: Comparison } | undefined;
       // A page that was saved without a view of somebody opens aged.
-      const opens_at = window.PATINATE_SESSION ? times[times.length - 1] : times[0];
+      const opens_at = window.PATINATE_SESSION || this.place.shows ? times[times.length - 1] : times[0];
       this.timebar.set_time(session?.time ?? opens_at ?? 0);
       this.timebar.set_second_time(session?.second_time ?? times[times.length - 1] ?? 0);
       if (session?.comparison) this.compare_by_key(session.comparison);
       await this.loader_a.settled();
+      if (this.place.shows) await this.open_map(this.place.shows);
     } catch (error) {
       show_error(error);
     } finally {
@@ -169,11 +195,18 @@ export class HistoryView implements View {
     }
   }
 
+  /// A result whose color says nothing opens as the map that it is about, in a light that shapes it.
+  private async open_map(name: string): Promise<void> {
+    await this.overlay.show(name);
+    await this.relief?.light(true);
+  }
+
   private go(which: "a" | "b", time: number): void {
     if (which === "a") {
       this.loader_a.request(time);
       this.materials.a.request(time);
       this.curve.set_time(time);
+      this.overlay.set_time(time);
     } else if (this.comparison !== "one") {
       this.loader_b.request(time);
       this.materials.b.request(time);
@@ -195,6 +228,8 @@ export class HistoryView implements View {
       if (which === "a") this.lit.map = this.flat.map = made;
       else this.look.uniforms.map_b.value = made;
     }
+    if (which === "a") this.regions.refresh(this.timebar.time);
+    this.hover.refresh();
     this.viewer.invalidate();
   }
 
@@ -230,20 +265,21 @@ export class HistoryView implements View {
   }
 
   private pick(hit: Hit | undefined): void {
-    this.pinned = hit?.point;
-    this.viewer.invalidate();
+    this.pin.set(hit?.point);
     if (!hit || is_static()) return;
     const texel = (share: number, size: number): number => Math.min(size - 1, Math.max(0, Math.floor(share * size)));
     void this.curve.show(texel(hit.uv.x, this.place.width), texel(hit.uv.y, this.place.height));
   }
 
-  private place_pin(): void {
-    this.pin.hidden = !this.pinned;
-    if (!this.pinned) return;
-    const box = this.frame.stage.getBoundingClientRect();
-    const { x, y } = this.viewer.project(this.pinned);
-    this.pin.style.left = `${x - box.left}px`;
-    this.pin.style.top = `${y - box.top}px`;
+  // Of the time on whose side of the wipe it lies; of a difference, how large it is.
+  private words_of(hit: Hit): string[] {
+    const { a, b } = this.shown;
+    const words = [this.overlay.value_text(hit.uv)].filter(Boolean);
+    if (!a) return words;
+    const first = codes_at(a, hit.uv), second = b && this.comparison !== "one" ? codes_at(b, hit.uv) : undefined;
+    if (this.comparison === "difference" && second) return [...words, `ΔE ${ciede2000(lab_of_codes(...first), lab_of_codes(...second)).toFixed(1)}`];
+    const is_second = this.comparison === "wipe" && second && this.viewer.project(hit.point).x > this.frame.stage.getBoundingClientRect().left + this.wipe.share * this.frame.stage.clientWidth;
+    return [...words, color_text(...(is_second ? second : first))];
   }
 
   private async save_session(): Promise<void> {
@@ -252,9 +288,7 @@ export class HistoryView implements View {
       const view = { time: this.timebar.time, second_time: this.timebar.second_time, comparison: this.comparison };
       const times = [...new Set([...this.place.times, this.timebar.time, this.timebar.second_time])].sort((a, b) => a - b);
       const file = await post("/api/session", { place: this.place.place, times, size: 1024, view });
-      const link = h("a", { href: URL.createObjectURL(file), download: `${this.place.name}.html` });
-      link.click();
-      window.setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+      download(file, `${this.place.name}.html`);
     } catch (error) {
       show_error(error);
     } finally {
@@ -268,6 +302,7 @@ export class HistoryView implements View {
       settled: () => Promise.all([this.loader_a, this.loader_b, this.materials.a, this.materials.b].map((loaders) => loaders.settled())),
       texture_hash: () => (this.textures.a ? xxh64(this.textures.a.image.data as unknown as Uint8Array) : null),
       server_hash: () => this.shown.a?.hash ?? null,
+      overlay: () => this.overlay,
       light_relief: (is_on: boolean) => this.relief?.light(is_on),
       set_time: (time: number) => this.timebar.set_time(time),
     };

@@ -1,12 +1,11 @@
 // The start page: everything in the served folder that can be shown.
-import { get_place, get_places, preview_url, thumbnail_url } from "../api";
-import type { HistoryPlace, Places, PlaceSummary } from "../types";
+import { get_places } from "../api";
+import { Thumbnails } from "../scene/thumbnails";
+import type { Places, PlaceSummary } from "../types";
 import { h, replace } from "../ui/dom";
 import { icon } from "../ui/icons";
 import { failure } from "../ui/notices";
 import type { View } from "./view";
-
-const kThumbnailSize = 360;
 
 interface Group {
   title: string;
@@ -26,9 +25,16 @@ export function place_link(place: string): string {
   return `#/${encodeURIComponent(place)}`;
 }
 
+/// Every second scene is called "scene": then its folder says which it is.
+function title_of({ name, place }: PlaceSummary): string {
+  const folders = place.split("/");
+  return name === "scene" && folders.length > 1 ? folders[folders.length - 2]! : name;
+}
+
 export class PlacesView implements View {
   readonly element = h("main", { class: "places" }, h("p", { class: "empty", role: "status" }, "Looking through the folder ..."));
   private readonly stop = new AbortController();
+  private readonly thumbnails = new Thumbnails();
   private readonly watch = new IntersectionObserver((entries) => {
     for (const entry of entries) {
       if (!entry.isIntersecting) continue;
@@ -47,6 +53,7 @@ export class PlacesView implements View {
 
   dispose(): void {
     this.stop.abort();
+    this.thumbnails.dispose();
     this.watch.disconnect();
   }
 
@@ -64,7 +71,7 @@ export class PlacesView implements View {
   private card(place: PlaceSummary & { problem?: string }): HTMLElement {
     const picture = h("div", { class: "picture" }, icon(place.kind, 44));
     const card = h("a", { class: `card ${place.kind}`, href: place_link(place.place) }, picture,
-      h("div", { class: "card-text" }, h("b", {}, place.name), h("span", { class: "kind" }, place.kind), h("span", { class: "detail" }, place.problem || place.detail), h("span", { class: "path" }, place.place)));
+      h("div", { class: "card-text" }, h("b", {}, title_of(place)), h("span", { class: "kind" }, place.kind), h("span", { class: "detail" }, place.problem || place.detail), h("span", { class: "path" }, place.place)));
     this.pending.set(card, () => void this.thumbnail(place, picture));
     this.watch.observe(card);
     return card;
@@ -72,21 +79,9 @@ export class PlacesView implements View {
 
   // The last frame: aged, where there is something to see. What has no picture keeps its icon.
   private async thumbnail(place: PlaceSummary, picture: HTMLElement): Promise<void> {
-    let url: string | undefined;
-    try {
-      if (["history", "transfer", "simulation"].includes(place.kind)) {
-        const { times } = await get_place<HistoryPlace>(place.place, this.stop.signal);
-        url = thumbnail_url(place.place, times[times.length - 1] ?? 0, kThumbnailSize);
-      } else if (["ingest", "registration", "unlit"].includes(place.kind)) {
-        const { steps } = await get_place<{ steps: { pictures: { path: string }[] }[]; place: string; kind: string; name: string }>(place.place, this.stop.signal);
-        const path = steps.flatMap((s) => s.pictures)[0]?.path;
-        if (path) url = preview_url(place.place, path, kThumbnailSize);
-      }
-    } catch {
-      return;
-    }
-    if (!url) return;
-    const image = h("img", { alt: "", decoding: "async" });
+    const url = await this.thumbnails.of(place);
+    if (!url || this.stop.signal.aborted) return;
+    const image = h("img", { alt: "", decoding: "async", class: url.startsWith("data:") ? "object" : "" });
     image.onload = () => replace(picture, image);
     image.src = url;
   }

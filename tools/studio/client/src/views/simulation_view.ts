@@ -1,45 +1,37 @@
 // A running scene: seen, steered and painted. The simulation runs in the server; here are its picture and its handles.
-import * as THREE from "three";
-import { get_mesh } from "../api";
 import { kConnection, Live } from "../live";
-import { lit_material, SurfaceLook } from "../scene/material";
-import { dress, read_glb } from "../scene/mesh_loader";
-import { Viewer } from "../scene/viewer";
+import { SurfaceLook } from "../scene/material";
+import { Hover } from "../scene/hover";
+import { Pin } from "../scene/pin";
+import { Viewer, type Hit } from "../scene/viewer";
 import { Brush } from "../simulation/brush";
-import { extent, type SceneContext } from "../simulation/context";
+import { BrushPanel } from "../simulation/brush_panel";
+import type { SceneContext } from "../simulation/context";
 import { EmittersPanel } from "../simulation/emitters_panel";
-import { open_export, open_save } from "../simulation/files";
+import { Exports, open_export, open_save } from "../simulation/files";
 import { FlowPanel } from "../simulation/flow_panel";
 import { GammatonPoints } from "../simulation/gammaton_points";
-import { Handles, own_coordinates, type HandleMode } from "../simulation/handles";
+import { Handles, type HandleMode } from "../simulation/handles";
 import { AppearancePanel } from "../simulation/appearance_panel";
 import { OutcomePanel } from "../simulation/outcome_panel";
 import { Pace } from "../simulation/pace";
-import { Planes } from "../simulation/planes";
-import { Plantlets } from "../simulation/plantlets";
+import { LivePicture } from "../simulation/live_picture";
+import { PlacePanel } from "../simulation/place_panel";
+import { words_at } from "../simulation/planes";
 import { ResumeOffer } from "../simulation/resume_offer";
 import { RulesPanel } from "../simulation/rules_panel";
 import { RunBar } from "../simulation/run_bar";
 import { ShowPanel } from "../simulation/show_panel";
 import { StatusPanel } from "../simulation/status_panel";
+import { next_steps, StepsPanel } from "../simulation/steps_panel";
 import type { PlaceBase, SceneState, Status } from "../types";
 import { button, icon_button, number_text, section } from "../ui/controls";
-import { h, throttle } from "../ui/dom";
+import { h } from "../ui/dom";
 import { ask } from "../ui/dialog";
+import { gesture } from "../ui/gesture";
 import { failure, notice, progress, settle, show_error, type Progress } from "../ui/notices";
 import type { View } from "./view";
 import { facts_table, light_controls, toggle_full_screen, view_tools, workspace } from "./workspace";
-
-const kPlantlets_ms = 500;
-
-interface Hashes {
-  surface: string;
-  relief: string;
-}
-interface HashPair {
-  server: Hashes;
-  here: Hashes;
-}
 
 export class SimulationView implements View, SceneContext {
   readonly element: HTMLElement;
@@ -53,6 +45,7 @@ export class SimulationView implements View, SceneContext {
   private readonly brush: Brush;
   private readonly gammatons: GammatonPoints;
   private readonly emitters: EmittersPanel;
+  private readonly brush_panel: BrushPanel;
   private readonly flow: FlowPanel;
   private readonly rules: RulesPanel;
   private readonly appearance: AppearancePanel;
@@ -65,20 +58,17 @@ export class SimulationView implements View, SceneContext {
   private readonly redo_button = icon_button("redo", "Redo", () => void this.send("redo"), "Ctrl Shift Z");
   private is_lost = false;
   private work: Progress | undefined;
-  private planes: Planes | undefined;
-  private material: THREE.MeshStandardMaterial | undefined;
-  private model: THREE.Group | undefined;
-  private plantlets: Plantlets | undefined;
-  private has_object_nodes = false;
+  private readonly picture: LivePicture;
+  private readonly steps = new StepsPanel((op, steps) => void this.send(op, { steps }));
+  private readonly exports = new Exports();
+  private readonly place_panel = new PlacePanel((x, y) => void this.send("probe", { x, y }), () => this.scene);
+  private readonly pin: Pin;
+  private readonly hover: Hover;
   private status: Status | undefined;
   private num_steering = 0;
   private is_disposed = false;
   private readonly pace = new Pace({ run: () => void this.send("run"), pause: () => void this.send("pause"), step: (iterations) => void this.send("step", { iterations }) });
   private readonly resume_offer = new ResumeOffer(() => this.resume(), () => this.is_disposed);
-  private hash_expected: Hashes | undefined;
-  private hash_waiting: ((pair: HashPair) => void)[] = [];
-  private readonly grow = throttle(kPlantlets_ms, () => this.update_plantlets());
-  private readonly reload_mesh = throttle(1000, () => void this.load_mesh());
 
   constructor(private readonly place: PlaceBase) {
     this.element = this.frame.element;
@@ -88,7 +78,8 @@ export class SimulationView implements View, SceneContext {
     this.gammatons = new GammatonPoints(this.viewer.scene);
     this.handles = new Handles(this);
     this.brush = new Brush(this, this.frame.stage);
-    this.emitters = new EmittersPanel(this, this.handles, this.brush);
+    this.emitters = new EmittersPanel(this, this.handles);
+    this.brush_panel = new BrushPanel(this.brush, () => this.scene);
     this.flow = new FlowPanel(this);
     this.rules = new RulesPanel(this);
     this.appearance = new AppearancePanel(this);
@@ -97,26 +88,38 @@ export class SimulationView implements View, SceneContext {
     this.paint_button = button("Paint", () => this.set_painting(!this.brush.is_active), { icon: "brush", hint: "Paint with an emitter on the surface", key: "P" });
     this.paint_button.setAttribute("aria-pressed", "false");
     this.undo_button.disabled = this.redo_button.disabled = true;
+    this.picture = new LivePicture({ place: place.place, viewer: this.viewer, look: this.look, handles: this.handles, shown: this.shown, on_loaded: () => {
+      this.work?.end();
+      this.work = undefined;
+    } });
+    this.shown.plane = () => this.picture.planes?.overlay;
+    this.pin = new Pin(this.viewer, this.frame.stage);
+    this.place_panel.on_clear = () => this.pin.set(undefined);
+    this.hover = new Hover(this.viewer, this.frame.stage, (hit) => (this.brush.is_active || this.handles.is_dragging ? [] : words_at(hit.uv, this.picture.planes, this.shown.shown_overlay(), this.scene)));
     this.build();
-    this.viewer.before_frame = () => this.planes?.before_frame();
-    this.viewer.after_frame = () => this.planes?.after_frame((update) => this.live.acknowledge(update));
-    this.viewer.on_click = (_, event) => { if (!this.brush.is_active) this.handles.click(event.clientX, event.clientY); };
+    this.viewer.before_frame = () => this.picture.planes?.before_frame();
+    this.viewer.after_frame = () => {
+      this.picture.planes?.after_frame((update) => this.live.acknowledge(update));
+      this.pin.place();
+    };
+    this.viewer.on_click = (hit, event) => this.click(hit, event);
     this.work = progress(this.frame.stage, "Opening the scene ...", () => location.hash = "#/");
     this.live = new Live(place.place, {
       hello: (scene) => this.hello(scene),
       scene: (change) => this.changed(change),
       status: (status) => this.show_status(status),
       tiles: (header, message, offset) => {
-        this.planes?.apply(header, message, offset);
-        if (header.plane === "overlay") this.grow();
+        this.picture.apply(header, message, offset);
         if (header.last) {
-          this.compare_hash();
           this.pace.picture();
+          this.hover.refresh();
         }
       },
       gammatons: (positions) => { this.gammatons.show(this.shown.shown.gammatons > 0 ? positions : new Float32Array()); this.viewer.invalidate(); },
-      hash: (hash) => { this.hash_expected = hash; },
+      hash: (hash) => this.picture.expect(hash),
       outcome: (outcome) => this.outcome_panel.show(outcome),
+      probe: (probe) => this.place_panel.show(probe),
+      exported: (exported) => this.exports.show(exported),
       progress: (text, done, total) => this.show_progress(text, done, total),
       notice: (text) => notice(text),
       problem: (message) => notice(message, "error"),
@@ -142,8 +145,8 @@ export class SimulationView implements View, SceneContext {
     }
   }
 
-  event(event: Record<string, unknown>): void {
-    void this.send("event", { event });
+  event(event: Record<string, unknown>, label?: string): void {
+    void this.send("event", { event, gesture: gesture(), ...(label ? { label } : {}) });
   }
 
   on_key(key: string): boolean {
@@ -178,9 +181,8 @@ export class SimulationView implements View, SceneContext {
     this.brush.dispose();
     this.handles.dispose();
     this.gammatons.dispose();
-    this.plantlets?.dispose();
-    this.planes?.dispose();
-    this.material?.dispose();
+    this.hover.dispose();
+    this.picture.dispose();
     this.viewer.dispose();
   }
 
@@ -192,24 +194,16 @@ export class SimulationView implements View, SceneContext {
     bar.append(this.run_bar.element);
     const sender = { ask: (op: string, fields: Record<string, unknown>) => this.live.send(op, fields) };
     panel.append(h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, this.place.kind)),
-      ...this.emitters.elements, ...this.flow.elements, this.rules.element, this.appearance.element, this.shown.element, this.outcome_panel.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element,
+      this.steps.element, this.emitters.element, this.brush_panel.element, ...this.flow.elements, this.rules.element, this.appearance.element, this.shown.element, this.place_panel.element, this.outcome_panel.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element,
       section("About", false, facts_table(this.place.facts ?? [])),
       h("div", { class: "panel-foot" }, button("Save the scene", () => open_save(sender, this), { icon: "save", hint: "As a scene file that patinate simulate reproduces" }),
         button("Export", () => open_export(sender, this), { icon: "download", hint: "Textures, GLB, parameter maps, history" })));
   }
 
   private hello(scene: SceneState): void {
-    const is_first = this.scene === undefined;
     this.scene = scene;
     this.outcome_panel.forget();
-    if (!this.planes || this.planes.width !== scene.width || this.planes.height !== scene.height) {
-      this.planes?.dispose();
-      this.planes = new Planes(this.viewer, this.look, scene.width, scene.height);
-      this.material?.dispose();
-      this.material = lit_material(this.look, this.planes.map);
-      if (this.model) dress(this.model, this.material);
-    }
-    this.look.uniforms.relief_mm.value.set(...scene.relief_mm);
+    this.picture.begin(scene);
     this.flow.build(scene);
     this.rules.build(scene);
     this.appearance.build(scene);
@@ -217,14 +211,16 @@ export class SimulationView implements View, SceneContext {
     this.shown.show(scene);
     this.handles.show(scene);
     this.emitters.show(scene);
+    this.brush_panel.show(scene);
     for (const text of scene.notes ?? []) notice(text);
     this.resume_offer.show(scene.recording);
-    if (is_first) void this.load_mesh();
+    this.show_steps();
   }
 
   private changed(change: Partial<SceneState>): void {
     Object.assign(this.scene, change);
-    if (change.relief_mm) this.look.uniforms.relief_mm.value.set(...change.relief_mm);
+    this.picture.changed(change);
+    if (change.steps) this.show_steps();
     if (change.behavior || change.exchange || change.slider !== undefined) this.flow.show(this.scene);
     if (change.rules || change.more_rules) this.rules.show(this.scene);
     if (change.overlays) this.shown.show(this.scene);
@@ -235,44 +231,23 @@ export class SimulationView implements View, SceneContext {
     if (change.emitters || change.objects) {
       this.handles.show(this.scene);
       this.emitters.show(this.scene);
+      this.brush_panel.show(this.scene);
     }
-    if (change.objects && !this.has_object_nodes) this.reload_mesh();
-    if (change.objects) this.viewer.invalidate_shadows();
     if (change.recording !== undefined) this.resume_offer.show(change.recording);
   }
 
-  private async load_mesh(): Promise<void> {
-    try {
-      const group = await read_glb(await get_mesh(this.place.place));
-      if (this.is_disposed || !this.material) return;
-      const objects = new Map<string, THREE.Object3D>();
-      for (const { name } of this.scene.objects) {
-        const node = group.children.find((child) => (child.userData["name"] ?? child.name) === name);
-        if (!node) continue;
-        own_coordinates(node, this.scene.objects.find((o) => o.name === name)!);
-        objects.set(name, node);
-      }
-      this.has_object_nodes = objects.size === this.scene.objects.length;
-      dress(group, this.material);
-      const is_first = !this.model;
-      if (this.model) this.viewer.content.remove(this.model);
-      this.plantlets?.dispose();
-      this.plantlets = undefined;
-      this.model = group;
-      this.viewer.content.add(group);
-      if (this.has_object_nodes) this.handles.set_objects(objects);
-      this.handles.show(this.scene);
-      if (is_first) this.viewer.fit();
-      else this.viewer.invalidate_shadows();
-      this.update_plantlets();
-      this.work?.end();
-      this.work = undefined;
-    } catch (error) {
-      if (this.is_disposed) return;
-      this.work?.end();
-      this.work = undefined;
-      show_error(error);
-    }
+  private show_steps(): void {
+    this.steps.show(this.scene);
+    const { undo, redo } = next_steps(this.scene);
+    this.undo_button.title = undo ? `Undo: ${undo} (Ctrl Z)` : "Undo (Ctrl Z)";
+    this.redo_button.title = redo ? `Redo: ${redo} (Ctrl Shift Z)` : "Redo (Ctrl Shift Z)";
+  }
+
+  // An emitter under the pointer, else the place of the surface.
+  private click(hit: Hit | undefined, event: PointerEvent): void {
+    if (this.brush.is_active || this.handles.click(event.clientX, event.clientY) || !hit) return;
+    this.place_panel.choose(hit.point, hit.uv);
+    this.pin.set(hit.point);
   }
 
   private toggle_run(): void {
@@ -311,27 +286,16 @@ export class SimulationView implements View, SceneContext {
     const { shown } = this.shown;
     if (shown.gammatons === 0) this.gammatons.show(new Float32Array());
     this.live.set_watch({ overlay: this.shown.wanted(this.scene), gammatons: shown.gammatons });
-    this.update_plantlets();
+    this.picture.update_plantlets();
     this.viewer.invalidate();
-  }
-
-  private update_plantlets(): void {
-    if (this.is_disposed) return;
-    const { shown } = this.shown;
-    if (!shown.plantlets || !this.model) {
-      this.plantlets?.update(undefined);
-    } else if (!shown.overlay || shown.overlay === this.shown.plant(this.scene)) {
-      this.plantlets ??= new Plantlets(this.model, extent(this.scene));
-      this.plantlets.update(this.planes?.overlay, this.shown.high(this.scene));
-    }
-    this.viewer.invalidate_shadows();
   }
 
   private show_status(status: Status): void {
     this.status = status;
+    this.place_panel.follow();
     if (this.num_steering === 0) this.is_running = status.running || this.pace.is_pacing;
     this.viewer.set_moving(this.is_running);
-    this.run_bar.show(status, this.is_running, this.scene?.time_unit ?? "", this.planes?.num_updates ?? 0);
+    this.run_bar.show(status, this.is_running, this.scene?.time_unit ?? "", this.picture.planes?.num_updates ?? 0);
     this.status_panel.show(status);
     this.outcome_panel.show_status(status);
     this.undo_button.disabled = status.can_undo !== true;
@@ -340,7 +304,7 @@ export class SimulationView implements View, SceneContext {
 
   private show_progress(text: string, done: number, total: number): void {
     if (total > 0 && done >= total) {
-      if (this.model) {
+      if (this.picture.model) {
         this.work?.end();
         this.work = undefined;
       }
@@ -348,7 +312,7 @@ export class SimulationView implements View, SceneContext {
     }
     this.work ??= progress(this.frame.stage, text, () => {
       this.work = undefined;
-      if (this.model) void this.send("cancel");
+      if (this.picture.model) void this.send("cancel");
       else location.hash = "#/";
     });
     this.work.set(text, total > 0 ? done / total : undefined);
@@ -370,10 +334,10 @@ export class SimulationView implements View, SceneContext {
     this.work?.end();
     this.work = undefined;
     settle(kConnection);
-    if (this.model) notice(`The scene has stopped: ${why}`, "error", kConnection);
+    if (this.picture.model) notice(`The scene has stopped: ${why}`, "error", kConnection);
     else this.frame.stage.append(failure("This scene cannot be opened", why));
-    for (const part of [this.frame.tools, this.frame.panel, this.frame.bar]) part.inert = this.model === undefined;
-    this.stand(this.model ? "stopped" : "cannot be opened");
+    for (const part of [this.frame.tools, this.frame.panel, this.frame.bar]) part.inert = this.picture.model === undefined;
+    this.stand(this.picture.model ? "stopped" : "cannot be opened");
   }
 
   private stand(state: string): void {
@@ -383,30 +347,13 @@ export class SimulationView implements View, SceneContext {
     this.viewer.set_moving(false);
   }
 
-  // The hash is that of the state which the next update completes.
-  private compare_hash(): void {
-    const server = this.hash_expected;
-    if (!server || !this.planes) return;
-    this.hash_expected = undefined;
-    const here = this.planes.hashes();
-    for (const resolve of this.hash_waiting.splice(0)) resolve({ server, here });
-  }
-
-  /// What this client has, and what the server says it should have.
-  private check_hash(): Promise<HashPair> {
-    return new Promise((resolve) => {
-      this.hash_waiting.push(resolve);
-      void this.send("hash");
-    });
-  }
-
   private tell_tests(): void {
     window.patinate = {
       view: "simulation", viewer: this.viewer, live: this.live, brush: this.brush, handles: this.handles,
-      scene: () => this.scene, status: () => this.status, planes: () => this.planes, plantlets: () => this.plantlets?.num_shown ?? 0,
-      is_ready: () => this.model !== undefined && this.planes?.is_filled === true,
+      scene: () => this.scene, status: () => this.status, planes: () => this.picture.planes, plantlets: () => this.picture.num_plantlets,
+      is_ready: () => this.picture.is_ready,
       set_pace: (iterations: number) => this.set_pace(iterations), toggle_run: () => this.toggle_run(),
-      check_hash: () => this.check_hash(),
+      check_hash: () => this.picture.check_hash(() => void this.send("hash")),
       send: (op: string, fields: Record<string, unknown>) => this.live.send(op, fields),
       send_shown: (op: string, fields: Record<string, unknown>) => this.send(op, fields),
     };

@@ -18,7 +18,7 @@ export function workspace(label: string): Workspace {
   const stage = h("div", { class: "stage", role: "region", "aria-label": label }, tools);
   const panel = h("aside", { class: "panel", "aria-label": "Settings" });
   const bar = h("div", { class: "bar" });
-  return { element: h("main", { class: "workspace" }, stage, panel, bar), stage, panel, bar, tools };
+  return { element: h("main", { class: "workspace" }, bar, stage, panel), stage, panel, bar, tools };
 }
 
 export function toggle_full_screen(element: HTMLElement): void {
@@ -34,7 +34,7 @@ export function view_tools(viewer: Viewer, place: HTMLElement, full: HTMLElement
 /// Controls of light and shadows, for a panel.
 export function light_controls(viewer: Viewer): Child[] {
   let name = "studio";
-  const turn = slider({ label: "Turn the light", low: -180, high: 180, step: 1, value: 0, text: (v) => `${Math.round(v)}°`, on_input: (v) => viewer.set_light(name, v) });
+  const turn = slider({ label: "Turn the light", low: -180, high: 180, step: 1, value: 0, unit: "°", on_input: (v) => viewer.set_light(name, v) });
   const light = select("Light", kLights.map((l) => [l.name, l.text] as [string, string]), name, (chosen) => {
     name = chosen;
     viewer.set_light(name, turn.get());

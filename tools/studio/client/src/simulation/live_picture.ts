@@ -1,0 +1,157 @@
+// The picture of a running scene: its mesh, the planes that the server sends, plantlets; and whether it is what the server has.
+import type * as THREE from "three";
+import { get_mesh } from "../api";
+import { lit_material, type SurfaceLook } from "../scene/material";
+import { dress, read_glb } from "../scene/mesh_loader";
+import type { Viewer } from "../scene/viewer";
+import type { SceneState, TilesHeader } from "../types";
+import { throttle } from "../ui/dom";
+import { show_error } from "../ui/notices";
+import { extent } from "./context";
+import { own_coordinates, type Handles } from "./handles";
+import { Planes } from "./planes";
+import { Plantlets } from "./plantlets";
+import type { ShowPanel } from "./show_panel";
+
+const kPlantlets_ms = 500, kReload_ms = 1000;
+
+export interface Hashes {
+  surface: string;
+  relief: string;
+}
+export interface HashPair {
+  server: Hashes;
+  here: Hashes;
+}
+
+export interface PictureOptions {
+  place: string;
+  viewer: Viewer;
+  look: SurfaceLook;
+  handles: Handles;
+  shown: ShowPanel;
+  /// The mesh is there, or it could not be read.
+  on_loaded: () => void;
+}
+
+export class LivePicture {
+  planes: Planes | undefined;
+  model: THREE.Group | undefined;
+  private scene: SceneState | undefined;
+  private material: THREE.MeshStandardMaterial | undefined;
+  private plantlets: Plantlets | undefined;
+  private has_object_nodes = false;
+  private is_disposed = false;
+  private hash_expected: Hashes | undefined;
+  private hash_waiting: ((pair: HashPair) => void)[] = [];
+  private readonly grow = throttle(kPlantlets_ms, () => this.update_plantlets());
+  private readonly reload = throttle(kReload_ms, () => void this.load_mesh());
+
+  constructor(private readonly options: PictureOptions) {}
+
+  get num_plantlets(): number { return this.plantlets?.num_shown ?? 0; }
+  get is_ready(): boolean { return this.model !== undefined && this.planes?.is_filled === true; }
+
+  /// After hello.
+  begin(scene: SceneState): void {
+    const { viewer, look } = this.options;
+    const is_first = this.scene === undefined;
+    this.scene = scene;
+    if (!this.planes || this.planes.width !== scene.width || this.planes.height !== scene.height) {
+      this.planes?.dispose();
+      this.planes = new Planes(viewer, look, scene.width, scene.height);
+      this.material?.dispose();
+      this.material = lit_material(look, this.planes.map);
+      if (this.model) dress(this.model, this.material);
+    }
+    look.uniforms.relief_mm.value.set(...scene.relief_mm);
+    if (is_first) void this.load_mesh();
+  }
+
+  changed(change: Partial<SceneState>): void {
+    if (change.relief_mm) this.options.look.uniforms.relief_mm.value.set(...change.relief_mm);
+    if (change.objects && !this.has_object_nodes) this.reload();
+    if (change.objects) this.options.viewer.invalidate_shadows();
+  }
+
+  apply(header: TilesHeader, message: ArrayBuffer, offset: number): void {
+    this.planes?.apply(header, message, offset);
+    if (header.plane === "overlay") this.grow();
+    if (header.last) this.compare_hash();
+  }
+
+  update_plantlets(): void {
+    const { scene } = this, { shown, viewer } = this.options;
+    if (this.is_disposed || !scene) return;
+    if (!shown.shown.plantlets || !this.model) {
+      this.plantlets?.update(undefined);
+    } else if (!shown.shown.overlay || shown.shown.overlay === shown.plant(scene)) {
+      this.plantlets ??= new Plantlets(this.model, extent(scene));
+      this.plantlets.update(this.planes?.overlay, shown.high(scene));
+    }
+    viewer.invalidate_shadows();
+  }
+
+  /// The server's hash of the state that the next update completes.
+  expect(hash: Hashes): void {
+    this.hash_expected = hash;
+  }
+
+  /// What this client has, and what the server says it should have. @param ask  Asks for expect().
+  check_hash(ask: () => void): Promise<HashPair> {
+    return new Promise((resolve) => {
+      this.hash_waiting.push(resolve);
+      ask();
+    });
+  }
+
+  dispose(): void {
+    this.is_disposed = true;
+    this.plantlets?.dispose();
+    this.planes?.dispose();
+    this.material?.dispose();
+  }
+
+  private compare_hash(): void {
+    const server = this.hash_expected;
+    if (!server || !this.planes) return;
+    this.hash_expected = undefined;
+    const here = this.planes.hashes();
+    for (const resolve of this.hash_waiting.splice(0)) resolve({ server, here });
+  }
+
+  private async load_mesh(): Promise<void> {
+    try {
+      this.put(await read_glb(await get_mesh(this.options.place)));
+    } catch (error) {
+      if (!this.is_disposed) show_error(error);
+    }
+    if (!this.is_disposed) this.options.on_loaded();
+  }
+
+  private put(group: THREE.Group): void {
+    const { viewer, handles } = this.options;
+    if (this.is_disposed || !this.material || !this.scene) return;
+    const objects = new Map<string, THREE.Object3D>();
+    for (const object of this.scene.objects) {
+      const node = group.children.find((child) => (child.userData["name"] ?? child.name) === object.name);
+      if (!node) continue;
+      own_coordinates(node, object);
+      objects.set(object.name, node);
+    }
+    this.has_object_nodes = objects.size === this.scene.objects.length;
+    dress(group, this.material);
+    const is_first = !this.model;
+    if (this.model) viewer.content.remove(this.model);
+    this.plantlets?.dispose();
+    this.plantlets = undefined;
+    this.model = group;
+    viewer.content.add(group);
+    viewer.content_has_come();
+    if (this.has_object_nodes) handles.set_objects(objects);
+    handles.show(this.scene);
+    if (is_first) viewer.fit();
+    else viewer.invalidate_shadows();
+    this.update_plantlets();
+  }
+}

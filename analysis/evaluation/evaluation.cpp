@@ -20,7 +20,8 @@ namespace patinate::analysis {
 void describe(OptionVisitor& v, EvaluationOptions& o) {
   v.visit({"samples", "Patches and texels drawn for distances of distributions", "", between(100, 1000000)},
           o.num_samples);
-  v.visit({"directions", "Directions along which they are compared", "", between(1, 1024)}, o.num_directions);
+  v.visit({"directions", "Number of directions along which distributions are compared", "", between(1, 1024)},
+          o.num_directions);
   v.visit({"times", "Times at which colors are compared", "", between(1, 100)}, o.num_times);
   v.visit({"audits", "Number of texels whose source pixel is compared with the best one in the whole source; 0 = none",
            "", between(0, 1000000)},

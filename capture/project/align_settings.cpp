@@ -16,10 +16,11 @@ constexpr std::array<std::string_view, 4> kModelOptions{"project", "auto", "simi
 }  // namespace
 
 void describe(OptionVisitor& v, AlignOptions& o) {
-  v.visit_choice({"align",
-                  "Lay photographs of any size, turn, scale and crop over the reference one; `project`: as `align` of "
-                  "capture.json says, else off"},
-                 o.method, kMethodOptions);
+  v.visit_choice(
+      {"align",
+       "Align photographs of any size, rotation, scale and crop with the reference one; `project`: as `align` of "
+       "capture.json says, else off"},
+      o.method, kMethodOptions);
   v.visit_choice(
       {"align_model", "Transformation between photographs; auto: a similarity, unless the matches contradict it"},
       o.model, kModelOptions);

@@ -98,8 +98,10 @@ void describe(OptionVisitor& v, FlatFieldOptions& o) {
   v.visit({"flat_field_order", "Degree of the polynomial that stands for the lamp's fall-off, when it is estimated", "",
            between(1, 6)},
           o.order);
-  v.visit({"flat_field_smoothing", "Gaussian over the photograph of a uniform surface, in shorter sides", "",
-           between(0, 0.5)},
+  v.visit({"flat_field_smoothing",
+           "Standard deviation of the Gaussian that smooths the photograph of a uniform surface, as a share of its "
+           "shorter side",
+           "", between(0, 0.5)},
           o.smoothing_share);
 }
 

@@ -277,8 +277,9 @@ void describe(OptionVisitor& v, ThicknessOptions& o) {
                  kCurveNames);
   describe(v, o.mode_filter);
   v.visit({"num_refinements",
-           "Further runs of the mode filter on the difference from its blurred result; 0 keeps edges sharp", "",
-           between(0, 10)},
+           "How often the mode filter runs again, on the difference between the image and the blurred last result; 0 "
+           "keeps edges sharp",
+           "", between(0, 10)},
           o.num_refinements);
 }
 

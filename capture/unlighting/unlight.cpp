@@ -191,10 +191,11 @@ void describe(OptionVisitor& v, UnlightOptions& o) {
   v.visit({"rejection_sigma", "samples farther off than this are shadows or highlights", "standard deviations",
            between(1.5, 20)},
           o.rejection_sigma);
-  v.visit_choice({"specular",
-                  "none; fit: find and subtract highlights; auto: only where nearly all nearby texels fit better; "
-                  "material: one lobe for each material, metals included"},
-                 o.specular, kSpecularNames);
+  v.visit_choice(
+      {"specular",
+       "none; fit: find and subtract highlights; auto: subtract them only where that improves the fit of nearly all "
+       "nearby texels; material: one lobe for each material, metals included"},
+      o.specular, kSpecularNames);
   v.visit({"specular_window", "distance within which highlights are assumed equal", "px", between(2, 1000)},
           o.specular_window_px);
   v.visit({"strengths", "estimate the lamps' strengths; the given intensities are only a guess"}, o.estimate_strengths);

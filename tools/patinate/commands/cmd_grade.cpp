@@ -78,7 +78,8 @@ int cmd_grade(CommandRun& run) {
                   "Image of the last photograph's size on which rust is marked: not 0; its color then counts as rust",
                   task.labels);
   run.line.option("limits", "FILE", "Limits to keep to, one a line, such as `Ri <= 2 at 480 h`", task.limits);
-  run.line.option("rules", "FILE", "Scales of standards and what counts as rust, in place of the built-in ones",
+  run.line.option("rules", "FILE",
+                  "File with the standards' scales and the definition of rust; it replaces the built-in one",
                   task.rules);
   run.line.options(task.options);
   run.line.example("grade panel -o report");

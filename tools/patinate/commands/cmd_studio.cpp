@@ -119,10 +119,9 @@ int cmd_studio(CommandRun& run) {
   run.line.options(device);
   run.line.repeated("allow-host", "NAME",
                     "A name, without port, by which a browser may call this machine beside localhost", hosts);
-  run.line.repeated(
-      "allow-folder", "FOLDER",
-      "A folder outside that files of the one shown may name: the history of a transfer, the meshes of a scene",
-      also_read);
+  run.line.repeated("allow-folder", "FOLDER",
+                    "A further folder to read, for files to which the shown ones refer, such as a transfer's history",
+                    also_read);
   session.declare(run.line);
   run.line.without({"seed", "dry_run"});
   run.line.example("studio results");

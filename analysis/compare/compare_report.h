@@ -41,7 +41,7 @@ void describe(DocumentVisitor& v, ComparedSide& side);
 void describe_provenance(DocumentVisitor& v, const CompareOptions& options, std::string& command, std::string& key);
 
 /// Writes report.html (everything inside), report.json, figures.csv and curves/<name>.csv.
-/// @param sections  With a `source` in every picture. @throws CannotComplete; InvalidInput if a number is not finite.
+/// @param sections  Every picture must have a `source`. @throws CannotComplete; InvalidInput if a number is not finite.
 void write_compare_report(const std::filesystem::path& folder, const CompareProvenance& provenance,
                           std::span<const Section> sections);
 

@@ -47,7 +47,7 @@ std::string base_text(const std::string& name, const TakenBase& base) {
   return text;
 }
 
-/// A side at the times that are looked at.
+/// One of the two compared surfaces, at the times that are compared.
 struct Side {
   const ColorStack& stack;
   const BlockGrid& grid;

@@ -25,7 +25,7 @@ struct ReplicatesProvenance {
 [[nodiscard]] std::vector<std::string> replicate_verdict(const ReplicateComparison& comparison);
 
 /// Writes report.html (everything inside), report.json, figures.csv and distances.csv.
-/// @param look  With a `source` in every picture. @throws CannotComplete; InvalidInput if a number is not finite.
+/// @param look  Every picture must have a `source`. @throws CannotComplete; InvalidInput if a number is not finite.
 void write_replicates_report(const std::filesystem::path& folder, const ReplicatesProvenance& provenance,
                              const ReplicateComparison& comparison, const Section& look);
 

@@ -50,7 +50,7 @@ struct EvaluatedLines {
   std::vector<Figure> figures = {};
 };
 
-/// Figures that an item finds of its map.
+/// Figures of one map, as its item computes them.
 struct EvaluatedMap {
   std::string name, about, hash;  ///< Name and description of the item, and hash of the Evaluation.
   std::vector<Figure> figures;

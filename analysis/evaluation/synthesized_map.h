@@ -83,7 +83,7 @@ class SourceIndices {
         height_(source_height) {}
   /// The covered texels of a rectangle. @throws InvalidInput if one has no coordinates, or some outside the source.
   void read(const TexelMap& surface, const TexelRect& rect, const CoordinateReader& reader);
-  /// Covered ones wherever they are.
+  /// A list of covered texels anywhere in the map.
   void read(const TexelMap& surface, std::vector<TexelId> texels, const CoordinateReader& reader);
 
   [[nodiscard]] std::int32_t of(TexelId t) const { return index_[t] - 1; }
@@ -112,7 +112,7 @@ struct PartCounts {
 };
 [[nodiscard]] PartCounts count_part(const TexelMap& surface, const TexelRect& rect);
 
-/// A tile of a map under evaluation: a map of one tile is one part.
+/// One tile of a map under evaluation; a map without tiles has one part.
 struct MapPart {
   const TexelMap& surface;  ///< Surface of the whole map, whose figures it knows.
   const FlowFrames& frames;

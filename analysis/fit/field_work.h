@@ -13,9 +13,9 @@
 
 namespace patinate::analysis {
 
-/// A place in the order of the search. Sweeps run through all numbers: a first one looks for single numbers (of several
-/// numbers), `options.sweeps` for fields with levels over the ranges (of one number one is enough), and the last with
-/// levels near the fields.
+/// One step of the search. A sweep is one step for each parameter. If there are several parameters, the first sweep
+/// searches a single value for each (Flat). Then `options.sweeps` sweeps search fields, with levels over the whole
+/// ranges (Whole); for a single parameter, one is enough. The last sweep has levels near the fields found (Near).
 struct FieldStep {
   enum class Kind { Flat, Whole, Near };
   Kind kind = Kind::Whole;
@@ -41,9 +41,9 @@ class FieldWork {
   [[nodiscard]] static std::filesystem::path colors_file(const FieldStep& step, int level);
   [[nodiscard]] static std::filesystem::path field_file(const FieldStep& step);
 
-  /// The captured surface at the compared places and times. @param frames  Held out: only with `until`.
+  /// The captured surface at the compared places and times. @param frames  Held-out frames exist only with `until`.
   [[nodiscard]] const ColorStack& captured(FitFrames frames, const RunControl& control);
-  /// A simulated surface at the same.
+  /// A simulated surface at the same places and times.
   [[nodiscard]] ColorStack simulated(const AgedSurface& surface, FitFrames frames, const RunControl& control);
   /// Root mean square Delta E 1976 over places and times.
   [[nodiscard]] double misfit_by_place(const AgedSurface& surface, FitFrames frames, const RunControl& control);

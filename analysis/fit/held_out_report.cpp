@@ -87,7 +87,7 @@ std::optional<HeldOutFrames> read_held_out(JsonReader json) {
   for (const JsonReader& seed : json.member("other_seeds").elements()) {
     if (const std::optional<double> v = read_misfit_or_null(seed)) frames.other_seeds.push_back(*v);
   }
-  // Fits of earlier versions have none of these.
+  // Fits of earlier versions lack the members below.
   if (json.has("unit")) frames.time_unit = json.member("unit").string();
   if (json.has("shown"))
     frames.captures.push_back({.name = "", .after = frames.after, .shown = json.member("shown").string()});

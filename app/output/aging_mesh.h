@@ -33,18 +33,18 @@ struct AgingMesh {
   Mesh unit_mesh;                  ///< UVs of every tile in the unit square.
   /// Its texture over the sheet at a time: linear RGB, gutters filled.
   std::function<ImageF(double time, const RunControl& control)> sample;
-  /// Color and all else that is known of its surface from `maps_from` on, over the sheet; heights in mm.
-  /// Nothing when only color is known.
+  /// All maps of the surface, color included, over the sheet, from time `maps_from` on; heights are in the mesh's unit.
+  /// Empty if there is only a color.
   std::function<SurfaceMaps(double time, const RunControl& control)> maps;
   bool is_reduced = false;                                      ///< `sample` shows means of several texels.
   double maps_from = -std::numeric_limits<double>::infinity();  ///< Of a simulation of an
                                                                 ///< earlier version, its end.
 };
 
-/// @param path  A transfer or a simulation. @param devices  That compose. @param film  Amount of water of a
-/// simulation that wets a place through.
-/// @param most_texels  Of a transfer that has more in all tiles, color alone is known, and that reduced
-/// (ReducedTransfer). @throws IoError
+/// @param path  A transfer or a simulation. @param devices  Devices that compose a simulation's maps.
+/// @param film  Amount of water at which a place of a simulation is wet through.
+/// @param most_texels  A transfer with more texels in all tiles has only a color, at a reduced size (ReducedTransfer).
+/// @throws IoError
 [[nodiscard]] AgingMesh open_aging_mesh(const std::filesystem::path& path, const OutputDevices& devices = {},
                                         double film = kWetFilm, std::int64_t most_texels = Sheet::kMaxTexels);
 /// Mesh of a transfer in memory; one that was not read from a folder has no key.

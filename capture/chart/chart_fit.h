@@ -1,6 +1,6 @@
 /// \file
-/// From what photographs show of a chart to what their colors are: one camera for the series, and the light of each
-/// photograph.
+/// Fits a color chart in photographs to the true colors of its patches: one camera response for the series, and the
+/// light of each photograph.
 #pragma once
 
 #include <array>

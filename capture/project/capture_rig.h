@@ -12,8 +12,8 @@ namespace patinate::capture {
 
 struct CaptureProject;
 
-/// Places in mm: over a `plate`, x right, y up, z to the camera, the origin in the middle of the whole photograph; with
-/// a `scan` in its frame.
+/// Lights and cameras of a capture, in mm. Over a `plate`, x points right, y up and z to the camera, and the origin is
+/// in the middle of the whole photograph. With a `scan`, places are in the scan's coordinate frame.
 struct CaptureRig {
   std::vector<Light> lights;  ///< One, or one for each frame.
   std::vector<Vec3> cameras;  ///< Cameras of the photographs, or one; none with a scan, whose camera it is.

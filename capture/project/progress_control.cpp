@@ -319,7 +319,7 @@ ProgressMap progress_from_history(const History& history, const ProgressOptions&
     return std::find(f.extras.begin(), f.extras.end(), "stddev") != f.extras.end();
   });
   FrameDeviations deviations;
-  // Scans with lights are off by their light and shape, photographs from one place by their noise.
+  // With scans and lamps, errors come from light and shape, and neighbors share them; with a fixed camera, from noise.
   deviations.is_shared = !history.facts().maps.empty();
   if (has_all) deviations.read = [&](int frame) { return *history.read_frame_extra(frame, "stddev"); };
   return progress_from_history(

@@ -289,7 +289,7 @@ ImageU8 find_saturated(const ImageF& photo, float level, const HighlightOptions&
   if (!is_any) return result;
   const cv::Mat narrow = narrow_parts(set, window_radius(photo.width(), photo.height(), options));
   const cv::Mat kept = without_white_material(narrow, brightest_channel(photo, level));
-  // Light spills over from what is more than a speck.
+  // Around spots that are larger than a speck, the neighboring pixels are masked, too: light spills over into them.
   const cv::Mat block = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
   const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {2, 2});
   cv::Mat spots;

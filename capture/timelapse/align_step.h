@@ -1,5 +1,5 @@
 /// \file
-/// The step of an ingest that lays photographs of any size and turn over the reference one. Inside of ingest only.
+/// The step of an ingest that aligns photographs of any size and rotation with the reference one. Only ingest uses it.
 #pragma once
 
 #include <map>

@@ -88,10 +88,10 @@ void mark_invalid(const ImageF& shares, Validity code, ImageU8& validity);
 [[nodiscard]] ImageU8 mask_frames(HistoryWriter& writer, const IngestWork& work, const std::filesystem::path& folder,
                                   const ImageU8& mask, const SeriesGloss* gloss, const RunControl& control);
 
-/// When all frames are written and filled: light that stayed while the surface was replaced (find_static_light()) is
-/// taken out of all of them, into what `filled` frames are; the photographs as they are stay beside them.
-/// @param mask  The history's; may be empty. @returns What was taken out; nothing when the options say so, or when the
-/// series does not show that it is light.
+/// When all frames are written and filled: removes light that stayed while the surface changed (find_static_light())
+/// from every frame, and writes the results as the `filled` frames. The frames with this light stay beside them.
+/// @param mask  Mask of the history; may be empty. @returns the removed light, or nothing if the options turn this off
+/// or the series does not show that it is light.
 [[nodiscard]] std::optional<StaticLight> take_static_light_out(HistoryWriter& writer, const IngestWork& work,
                                                                const std::filesystem::path& folder, const ImageU8& mask,
                                                                const RunControl& control);

@@ -32,7 +32,7 @@ struct Highlights {
   double freedom = 0.0, off = 0.0;
 };
 
-/// Result of a form.
+/// How well one form of highlights predicts the lamps.
 struct Tried {
   Highlights kind;
   /// State of a texel.

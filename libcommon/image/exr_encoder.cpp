@@ -38,8 +38,8 @@ class SinkStream final : public Imf::OStream {
   std::uint64_t offset_ = 0;
 };
 
-/// OpenEXR's threads are of the whole process: there are as many as anyone has asked for, and a file uses its own
-/// share.
+/// The process has one pool of OpenEXR threads. The pool grows to the largest number that was asked for; each file
+/// uses its own number of them.
 /// @returns what an OutputFile is told: 0 for the thread that calls.
 int threads_of_file(int num_threads) {
   if (num_threads <= 1) return 0;

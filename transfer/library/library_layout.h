@@ -70,14 +70,14 @@ struct LibraryLayout {
 /// are those of each history alone.
 inline constexpr int kLibraryGutter_px = 16;
 
-/// Histories lie side by side. One whose texel size differs by half a pixel or more over its whole size is resampled
-/// (its part has another size than its manifest says); all others are to be copied exactly. Times that differ by less
-/// than 1e-9 of all are one; before its first frame and after its last a history stays as it is then.
-/// @param asked  Controls with a name and a source a history. Controls that all histories have under one name come by
-/// themselves.
-/// @throws InvalidInput unless there are 2 to kMaxLibraryParts histories, or naming one: a library, a control named
-/// kLibraryControl or one that it lacks, texel sizes that only some say, a span of no length, more than 65536 columns
-/// or 2^31 - 1 pixels in all.
+/// Lays histories side by side. A history is resampled if its texel size makes its size differ by half a pixel or more
+/// (its part then has another size than its manifest); all others are copied exactly. Times that differ by less than
+/// 1e-9 of the whole span count as equal. Before its first frame and after its last one, a history shows that frame.
+/// @param asked  Controls with a name, and a source in each history. Controls that all histories have under the same
+/// name are added automatically.
+/// @throws InvalidInput unless there are 2 to kMaxLibraryParts histories. Also for a history that is a library, has a
+/// control named kLibraryControl, lacks an asked control or has a span of zero; if only some histories state a texel
+/// size; and for more than 65536 columns or 2^31 - 1 pixels in all.
 [[nodiscard]] LibraryLayout lay_out_library(std::span<const LibrarySource> sources,
                                             const std::vector<LibraryControl>& asked,
                                             const LibraryOptions& options = {});

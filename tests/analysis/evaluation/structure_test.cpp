@@ -86,7 +86,7 @@ TEST(StructureFigures, TheSourceItselfKeepsItsLines) {
       std::any_of(e.pictures.begin(), e.pictures.end(), [](const Picture& p) { return p.name == "plane_lines"; }));
 }
 
-/// Rings: a texture that looks the same however it is turned, so that windows of it have no favorite.
+/// Rings: a texture that looks the same at every rotation, so its windows have no preferred direction.
 SynthesisSource ring_source() {
   SynthesisSource source;
   source.frames = {ImageF(400, 400, 3)};
@@ -166,7 +166,8 @@ TEST(StructureFigures, PiecesThatDoNotFitHaveDeadEndsAndOpenCells) {
   const Evaluation e = evaluate(source, map, few_samples(), 1);
   EXPECT_EQ(split_in(e, "dead_ends"), 0.0);
   const double length_mm = value_in(e, "line_length") * 120.0 * 120.0;
-  // Length near the border is left out: a twentieth at the ends of lines, and as much on the border itself.
+  // The measured length leaves out what is near the border: a twentieth at the ends of lines, and another twentieth on
+  // the border itself.
   EXPECT_NEAR(value_in(e, "dead_ends") * length_mm, 1.1 * 11.0, 0.05 * 11.0);
   EXPECT_LT(value_in(e, "closed_share"), split_in(e, "closed_share"));
   EXPECT_EQ(value_in(e, "median_cell"), 39.0 * 39.0 / 4.0);

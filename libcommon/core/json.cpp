@@ -177,18 +177,22 @@ void JsonReader::expect_format(std::string_view format, int version) {
 
 void JsonReader::finish() const {
   if (!json_->is_object()) fail("an object");
+  std::vector<std::string> unknown;
   for (const auto& [key, value] : json_->items()) {
-    if (asked_.contains(key)) continue;
-    std::vector<std::string> known(asked_.begin(), asked_.end());
-    known.insert(known.end(), looked_for_.begin(), looked_for_.end());
-    std::string hint = did_you_mean(key, known);
-    if (hint.empty()) {
-      std::sort(known.begin(), known.end());
-      known.erase(std::unique(known.begin(), known.end()), known.end());
-      for (const std::string& name : known) hint += (hint.empty() ? "; there is " : ", ") + name;
-    }
-    throw IoError(file_, pointer_ + "/" + key + ": unknown key" + hint);
+    if (!asked_.contains(key)) unknown.push_back(key);
   }
+  if (unknown.empty()) return;
+  std::vector<std::string> known(asked_.begin(), asked_.end());
+  known.insert(known.end(), looked_for_.begin(), looked_for_.end());
+  std::string hint = did_you_mean(unknown.front(), known);
+  if (hint.empty()) {
+    std::sort(known.begin(), known.end());
+    known.erase(std::unique(known.begin(), known.end()), known.end());
+    for (const std::string& name : known) hint += (hint.empty() ? "; there is " : ", ") + name;
+  }
+  for (std::size_t i = 1; i < unknown.size(); ++i)
+    hint += (i == 1 ? "; also unknown: `" : ", `") + unknown[i] + "`" + did_you_mean(unknown[i], known);
+  throw IoError(file_, pointer_ + "/" + unknown.front() + ": unknown key" + hint);
 }
 
 }  // namespace patinate

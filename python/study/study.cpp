@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,10 +24,13 @@
 #include "libcommon/image/filters.h"
 #include "libcommon/output/html_page.h"
 #include "patinate/controls/control_kinds.h"
+#include "patinate/core/error.h"
+#include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
 #include "patinate/transfer/control_matching.h"
 #include "python/bindings.h"
 #include "python/support/json.h"
+#include "transfer/synthesis/transfer_controls.h"
 
 namespace patinate::python {
 
@@ -205,6 +209,16 @@ void bind_study(py::module_& module) {
     std::vector<std::string> names;
     for (const fs::path& file : list_files(folder, pattern)) names.push_back(file.filename().string());
     return names;
+  });
+  module.def("_control_problem", [](const std::string& place, const std::vector<std::string>& controls) {
+    std::optional<HistoryReader> history;
+    try {
+      history.emplace(app::history_place(place));
+      (void)transfer::with_sources(*history, transfer::parse_controls(controls));
+    } catch (const InputError& e) {
+      return history ? std::string(e.what()) : std::string();  // What cannot be read is said by the cell that needs it.
+    }
+    return std::string();
   });
   module.def("_control_files", [](const std::string& text) {
     std::vector<std::string> files;

@@ -222,6 +222,30 @@ class BadStudies(StudyCase):
         self.problems(["/transfer/histories/0: ", "/transfer/meshes/1: ", "/transfer/controls/0: control `faicng`: position 1", "/transfer/options/resolutoin: `transfer` has no option `resolutoin`; did you mean `resolution`?", "/transfer/outputs/0: `file` is missing"],
                       transfer={**TRANSFERS, "histories": ["hstory"], "meshes": ["flat.obj", "nowhere.obj"], "controls": ["faicng"], "options": {"resolutoin": 3}, "outputs": [{"command": "render"}]})
 
+    def test_every_wrong_line_of_a_file_is_said_in_one_run(self):
+        def output(**members):
+            return {"command": "render", "file": "a.png", **members}
+        # Wrong types, members that are missing, unknown or in excess, in every part at once.
+        self.problems(["study.json: /name: ", "/transfer/meshes/0/name: ", "/transfer/meshes/0/options/resolutoin: ", "/transfer/meshes/1: ", "/transfer/controls/0/0: ", "/transfer/controls/0/1: ", "/transfer/options/neighborhood/0: ",
+                       "/transfer/options/neighborhood/2: ", "/transfer/seeds/1: ", "/transfer/outputs/0/name: ", "/transfer/outputs/0: `file` is missing", "/transfer/outputs/0/options/width: ", "/transfer/outputs/1/command: ",
+                       "/transfer/ouputs: unknown key; did you mean `outputs`?; also unknown: `sceds`; did you mean `seeds`?"],
+                      name=7,
+                      transfer={**TRANSFERS, "meshes": [{"path": "flat.obj", "name": 3, "options": {"resolutoin": 3}}, 5], "controls": [[1, 2]], "options": {"neighborhood": [{}, 2, 99]}, "seeds": [1, "x"],
+                                "outputs": [{"command": "render", "name": "a b", "options": {"width": -1}}, output(command="rendr")], "ouputs": [], "sceds": []})
+        self.problems(["/transfer/histories/0: ", "/simulate/design: ", "/simulate/samples: ", "/simulate/vary/0/low: ", "/appearance/dirt/strenth is not in", "/rules/9/rate is not in",
+                       "/fit/objective/covered: ", "/fit/objective/coverd: ", "/rules/0/rat is not in", "/rules/0/raet is not in"],
+                      transfer={**TRANSFERS, "histories": ["hstory"]},
+                      simulate={**SIMULATIONS, "design": "grd", "samples": 0,
+                                "vary": [{"pointer": "/tracing/lobe_exponent_float", "low": "a", "high": 2, "count": 2}, {"pointer": "/appearance/dirt/strenth", "low": 1, "high": 2, "count": 2}, {"pointer": "/rules/9/rate", "low": 1, "high": 2, "count": 2}]},
+                      fit={**FITS, "objective": {"covered": -1, "coverd": 1}, "vary": [{"pointer": "/rules/0/rat", "low": 1, "high": 2}, {"pointer": "/rules/0/raet", "low": 1, "high": 2}]})
+
+    def test_a_control_that_a_history_lacks_is_said_before_anything_runs(self):
+        self.problems(["/transfer/controls/0: ", "/transfer/controls/2/control: "],
+                      transfer={**TRANSFERS, "controls": ["thikness=facing", "thickness=facing", {"control": ["thickness=facing", "wetness=height"], "name": "two"}]})
+        result = self.run_patinate("study", "run", "study.json", "-o", "out")
+        self.assertIn("thikness", result.stderr)
+        self.assertIn("did you mean `thickness`?", result.stderr)
+
     def test_two_cells_in_one_place_are_refused(self):
         self.problems(["flat.obj is there twice: say it once, or give one another `name`"], transfer={**TRANSFERS, "meshes": ["flat.obj", "./flat.obj"]})
         self.problems(["flat.obj and urn/mesh.obj would both be `flat`"], transfer={**TRANSFERS, "meshes": ["flat.obj", {"path": "urn/mesh.obj", "name": "flat"}]})

@@ -70,22 +70,31 @@ class Options:
         """Of the member `options` of a part, of which those with a list of values are varied, and of its `seeds`."""
         factors = []
         if part.has("options"):
-            num_before = len(self.context.problems)
-            options = part.member("options")
-            for key, value in options.members():
-                with self.context.attempt():
-                    factors.append(self._factor_of(key, value))
-            if len(self.context.problems) == num_before:
-                self._check_levels(options, factors)
+            with self.context.attempt():
+                factors += self._option_factors(part.member("options"))
         if part.has("seeds"):
-            factors.append(self._seeds(part.member("seeds")))
+            with self.context.attempt():
+                factors.append(self._seeds(part.member("seeds")))
+        return factors
+
+    def _option_factors(self, options):
+        factors = []
+        num_before = len(self.context.problems)
+        for key, value in options.members():
+            with self.context.attempt():
+                factors.append(self._factor_of(key, value))
+        if len(self.context.problems) == num_before:
+            self._check_levels(options, factors)
         return factors
 
     def _factor_of(self, key, value):
         if not value.is_array():
             return [Level("", {}, self.words(key, value))]
-        factor = [Level(slug(key + v.text()), {key: v.text()}, self.words(key, v)) for v in value.elements()]
-        if not factor:
+        factor = []
+        for v in value.elements():
+            with self.context.attempt():
+                factor.append(Level(slug(key + v.text()), {key: v.text()}, self.words(key, v)))
+        if not value.elements():
             self.context.problem(value, "expected at least one value")
         return factor
 
@@ -95,7 +104,7 @@ class Options:
             with self.context.attempt():
                 text = str(seed.integer(0, 9e15))
                 factor.append(Level("seed" + text, {"seed": text}, ["--seed", text]))
-        if not factor:
+        if not seeds.elements():
             self.context.problem(seeds, "expected at least one")
         return factor
 

@@ -1,5 +1,7 @@
 """The numbers of scenes that a study varies."""
-from patinate import IoError, _native
+import os
+
+from patinate import InputError, _native
 
 from .cells import Level
 
@@ -33,15 +35,42 @@ class _Range:
         return Level(name, {self.name: _native._number_text(value)}, values={self.name: value})
 
 
-def numbers_of(scenes, ranges):
-    """What scenes say of the numbers, with whether a number is whole in any of them."""
-    numbers = None
-    for scene in scenes:
-        read = _native._scene_numbers(scene, ranges)
-        numbers = numbers or read
-        for number, other in zip(numbers, read):
-            number["is_whole"] |= other["is_whole"]
-    return numbers or []
+def _numbers_in(context, scene, ranges):
+    """What a scene says of the numbers; None if it lacks one, all of which are then said."""
+    try:
+        return _native._scene_numbers(scene, ranges)
+    except InputError as error:
+        told = []
+        for one in ranges:  # The scene's reader ends at the first.
+            try:
+                _native._scene_numbers(scene, [one])
+            except InputError as own:
+                told.append(str(own))
+        context.problems += [line for line in dict.fromkeys(told or [str(error)]) if line not in context.problems]
+        return None
+
+
+def _numbers_of(context, scenes, ranges):
+    """What scenes say of the numbers, with whether a number is whole in any of them; None if one lacks a number."""
+    read = [_numbers_in(context, scene, ranges) for scene in scenes if os.path.exists(scene)]
+    if not read or None in read:
+        return None
+    for other in read[1:]:
+        for number, its in zip(read[0], other):
+            number["is_whole"] |= its["is_whole"]
+    return read[0]
+
+
+def _check_design(context, part, design, ranges, count):
+    """What the design lacks is said."""
+    if design == "grid":
+        context.problems += [f"{varied.place}: a grid needs a `count`, or `values`"
+                             for varied in ranges if not varied.values and varied.count == 0]
+    elif design == "latin_hypercube" and count == 0:
+        context.problem(part, "a Latin hypercube needs `samples`")
+    elif design == "list" and (not ranges or len({len(varied.values) for varied in ranges}) != 1
+                               or not ranges[0].values):
+        context.problem(part.member("vary"), "a list needs `values` everywhere, equally many")
 
 
 def _grid(ranges, numbers):
@@ -49,8 +78,6 @@ def _grid(ranges, numbers):
     for varied, number in zip(ranges, numbers):
         values = varied.values
         if not values:
-            if varied.count == 0:
-                raise IoError(f"{varied.place}: a grid needs a `count`, or `values`")
             shares = [k / (varied.count - 1) for k in range(varied.count)] if varied.count > 1 else [0.5]
             values = [_native._value_at(varied.range, number["is_whole"], share) for share in shares]
             values = [v for k, v in enumerate(values) if k == 0 or v != values[k - 1]]  # Whole numbers may be fewer.
@@ -84,27 +111,42 @@ def _hypercube(ranges, numbers, count, seed):
 def varied_factors(context, part, scenes):
     """The factors that `vary` of a part adds: one a number for a grid, else one in all. Every number is looked for in
     each scene, and both ends of its range are tried."""
-    design = part.member("design").choice(DESIGNS) if part.has("design") else "grid"
-    count = part.member("samples").integer(1, 1e5) if part.has("samples") else 0
-    seed = part.member("design_seed").integer(0, 9e15) if part.has("design_seed") else 1
+    num_before = len(context.problems)
+    design, count, seed, ranges = "grid", 0, 1, []
+    with context.attempt():
+        design = part.member("design").choice(DESIGNS) if part.has("design") else design
+    with context.attempt():
+        count = part.member("samples").integer(1, 1e5) if part.has("samples") else count
+    with context.attempt():
+        seed = part.member("design_seed").integer(0, 9e15) if part.has("design_seed") else seed
     if not part.has("vary"):
         return []
-    ranges = []
     for reader in part.member("vary").elements():
         with context.attempt():
             ranges.append(_Range(reader))
-    if context.problems:
-        return []  # A scene that is not there has no numbers.
-    if design == "latin_hypercube" and count == 0:
-        raise IoError(f"{part.file}: {part.pointer}: a Latin hypercube needs `samples`")
-    numbers = numbers_of(scenes, [varied.range for varied in ranges])
+    if len(context.problems) == num_before:
+        _check_design(context, part, design, ranges, count)
+    numbers = _numbers_of(context, scenes, [varied.range for varied in ranges])
+    if numbers is None or len(context.problems) > num_before:
+        return []
     if design == "grid":
         return _grid(ranges, numbers)
     if design == "latin_hypercube":
         return [_hypercube(ranges, numbers, count, seed)]
-    if not ranges or len({len(varied.values) for varied in ranges}) != 1 or not ranges[0].values:
-        raise IoError(f"{part.file}: {part.pointer}/vary: a list needs `values` everywhere, equally many")
     return [_samples(ranges, zip(*(varied.values for varied in ranges)))]
+
+
+def _objective_words(context, objective):
+    words = []
+    for name, weight in objective.members():
+        with context.attempt():
+            value = _native._number_text(weight.positive())
+            try:
+                _native._check_fit_term(name)
+                words += ["--objective", f"{name}={value}"]
+            except InputError as error:
+                context.problem(weight, str(error))
+    return words
 
 
 def fit_words(context, part, scenes):
@@ -122,19 +164,12 @@ def fit_words(context, part, scenes):
         ends = ":".join(_native._number_text(one[end]) for end in ("low", "high"))
         words += ["--vary", f"{one['name']}={ends}{':log' if one['scale'] == 'log' else ''}"]
     if part.has("objective"):
-        for name, weight in part.member("objective").members():
-            try:
-                _native._check_fit_term(name)
-                words += ["--objective", f"{name}={_native._number_text(weight.positive())}"]
-            except _native.InputError as error:
-                context.problem(weight, str(error))
-    if context.problems:
-        return words, kinds  # A scene that is not there has no numbers.
-    for scene in scenes:
         with context.attempt():
-            numbers = _native._scene_numbers(scene, ranges)
-            kinds = [number["is_appearance"] for number in numbers]  # The same in all: they go by the pointers.
-            for number in numbers:
-                if number["problem"]:
-                    context.problem(vary, f"{scene}: {number['problem']}")
+            words += _objective_words(context, part.member("objective"))
+    for scene in filter(os.path.exists, scenes):
+        numbers = _numbers_in(context, scene, ranges) or []
+        kinds = kinds or [number["is_appearance"] for number in numbers]  # The same in all: they go by the pointers.
+        for number in numbers:
+            if number["problem"]:
+                context.problem(vary, f"{scene}: {number['problem']}")
     return words, kinds

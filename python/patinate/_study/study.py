@@ -17,16 +17,23 @@ class _Study:
 
     def __init__(self, context):
         self.context = context
+        self.controls = []  # Of transfers: where each stands, and its texts.
 
     def read(self):
         context = self.context
         root = _native._read_json(context.file)
         root.expect_format("patinate.study")
-        name = root.member("name").string() if root.has("name") else os.path.splitext(os.path.basename(context.file))[0]
-        parts = [read(root.member(member)) for member, read in (("transfer", self._transfers),
-                                                                ("simulate", self._simulations), ("fit", self._fits))
-                 if root.has(member)]
-        if not parts:
+        name = os.path.splitext(os.path.basename(context.file))[0]
+        with context.attempt():
+            name = root.member("name").string() if root.has("name") else name
+        readers = [(root.member(member), read) for member, read in (("transfer", self._transfers),
+                                                                    ("simulate", self._simulations),
+                                                                    ("fit", self._fits)) if root.has(member)]
+        parts = []
+        for reader, read in readers:
+            with context.attempt():
+                parts.append(read(reader))
+        if not readers:
             context.problems.append(f"{context.file}: holds neither `transfer` nor `simulate` nor `fit`")
         with context.attempt():
             root.finish()
@@ -35,6 +42,9 @@ class _Study:
     def _add_input(self, reader, what, command, factor):
         """"a.obj", "scans/*.obj", or {"path": ..., "name": ..., "options": {...}}."""
         context = self.context
+        options, name = [], None
+        if reader.is_object():
+            options, name = self._own_options(reader, command)
         text = reader.member("path") if reader.is_object() else reader
         given = text.string()
         paths = [_native._library_place(given)]
@@ -48,21 +58,27 @@ class _Study:
             paths = [os.path.join(parent, name) for name in _native._list_files(parent, pattern)]
             if not paths:
                 context.problem(text, f"no file matches `{given}`")
-        options, name = [], None
         if reader.is_object():
-            if reader.has("name"):
-                name = reader.member("name").string()
-            if reader.has("options"):
-                num_before = len(context.problems)
-                options = command.all_words(reader.member("options"))
-                if len(context.problems) == num_before:
-                    command.check_together(reader.member("options"), options)
-            reader.finish()
+            with context.attempt():
+                reader.finish()
         for path in paths:
             context.check_place(text, path)
             base = os.path.basename(path.rstrip("/"))
             shown = name if name is not None else base if os.path.isdir(path) else os.path.splitext(base)[0]
             factor.append(Level(slug(shown), {what: shown}, [context.word_of(path), *options], path))
+
+    def _own_options(self, reader, command):
+        """Words of the options of one input, and its name, if any."""
+        context, options, name = self.context, [], None
+        with context.attempt():
+            name = reader.member("name").string() if reader.has("name") else None
+        if reader.has("options"):
+            with context.attempt():
+                num_before = len(context.problems)
+                options = command.all_words(reader.member("options"))
+                if len(context.problems) == num_before:
+                    command.check_together(reader.member("options"), options)
+        return options, name
 
     def _listed(self, part, member, add):
         """The levels that `add` makes of each element of a list."""
@@ -71,16 +87,17 @@ class _Study:
         for element in elements.elements():
             with self.context.attempt():
                 add(element, factor)
-        if not factor:
+        if not elements.elements():
             self.context.problem(elements, "expected at least one")
         return factor
 
     def _inputs(self, part, command, *members):
         factors = []
         for member, what in members:
+            factors.append([])
             with self.context.attempt():
-                factors.append(self._listed(part, member,
-                                            lambda e, factor, what=what: self._add_input(e, what, command, factor)))
+                factors[-1] = self._listed(part, member,
+                                           lambda e, factor, what=what: self._add_input(e, what, command, factor))
         return factors
 
     def _checked_control(self, reader, text):
@@ -94,14 +111,29 @@ class _Study:
             self.context.problem(reader, str(error))
         return text
 
+    def _check_sources(self, histories):
+        """A control that one of the histories lacks."""
+        for history in filter(os.path.exists, histories):
+            for reader, texts in self.controls:
+                problem = _native._control_problem(history, texts)
+                if problem:
+                    self.context.problem(reader, problem)
+
     def _add_control(self, reader, factor):
         """"progress=accessibility", ["...", "..."] together, or {"control": ..., "name": ...}."""
         control = reader.member("control") if reader.is_object() else reader
-        texts = [text.string() for text in control.elements()] if control.is_array() else [control.string()]
-        if not texts:
+        readers = control.elements() if control.is_array() else [control]
+        if not readers:
             control.fail("at least one control")
+        num_before = len(self.context.problems)
+        texts, words = [], []
+        for one in readers:
+            with self.context.attempt():
+                texts.append(one.string())
+                words += ["--control", self._checked_control(one, texts[-1])]
         shown = " + ".join(texts)
-        words = [word for text in texts for word in ("--control", self._checked_control(control, text))]
+        if len(self.context.problems) == num_before:
+            self.controls.append((control, texts))
         name = reader.member("name").string() if reader.is_object() and reader.has("name") else shown
         if reader.is_object():
             reader.finish()
@@ -111,28 +143,33 @@ class _Study:
         context = self.context
         word = reader.member("command").choice(LOOKING)
         verb = FOLDERS.get(word, word)
-        name = reader.member("name").string() if reader.has("name") else word
-        file = name if word in FOLDERS and not reader.has("file") else reader.member("file").string()
-        if not _native._is_file_name(file):
-            reader.member("file").fail("a name of " + _native._FILE_NAME)
-        if slug(name) != name or "." in name:
-            reader.member("name").fail("letters, digits and `_`")
-        words = []
-        if word == "compare":
-            other = reader.member("with")
-            context.check_place(other, other.path())
-            words.append(context.word_of(other.path()))
+        name, file, words, options = word, None, [], []
         num_before = len(context.problems)
+        with context.attempt():
+            name = reader.member("name").string() if reader.has("name") else word
+            if slug(name) != name or "." in name:
+                reader.member("name").fail("letters, digits and `_`")
+        with context.attempt():
+            file = name if word in FOLDERS and not reader.has("file") else reader.member("file").string()
+            if not _native._is_file_name(file):
+                reader.member("file").fail("a name of " + _native._FILE_NAME)
+        if word == "compare":
+            with context.attempt():
+                other = reader.member("with")
+                context.check_place(other, other.path())
+                words.append(context.word_of(other.path()))
         command = Options(context, verb)
-        options = command.all_words(reader.member("options")) if reader.has("options") else []
-        if len(context.problems) == num_before:
-            command.check_together(reader, options, file)
-        reader.finish()
+        with context.attempt():
+            options = command.all_words(reader.member("options")) if reader.has("options") else []
+            if len(context.problems) == num_before:
+                command.check_together(reader, options, file)
+        with context.attempt():
+            reader.finish()
         step = Step(f"{part.name}_{name}", verb, file)
         for other in part.steps:
             if other.name == step.name:
                 context.problem(reader, f"two steps are called `{name}`; give them a `name`")
-            if other.file == file:
+            if file is not None and other.file == file:
                 context.problem(reader, f"two steps make `{file}`")
         part.steps.append(step)
         step_words.append(words + options)
@@ -140,9 +177,10 @@ class _Study:
     def _finish(self, reader, factors, part):
         step_words = []
         if part.name != "fit" and reader.has("outputs"):
-            for output in reader.member("outputs").elements():
-                with self.context.attempt():
-                    self._add_output(output, part, step_words)
+            with self.context.attempt():
+                for output in reader.member("outputs").elements():
+                    with self.context.attempt():
+                        self._add_output(output, part, step_words)
         with self.context.attempt():
             reader.finish()
         for problem in make_cells(factors, step_words, part):
@@ -154,6 +192,7 @@ class _Study:
         factors = self._inputs(reader, command, ("histories", "history"), ("meshes", "mesh"))
         with self.context.attempt():
             factors.append(self._listed(reader, "controls", self._add_control))
+        self._check_sources([level.file for level in factors[0]])
         with self.context.attempt():
             factors += command.factors(reader)
         return self._finish(reader, factors, Part("transfer", [Step("transfer", "transfer", "transfer")]))
@@ -163,7 +202,7 @@ class _Study:
         command = Options(context, "simulate")
         factors = self._inputs(reader, command, ("scenes", "scene"))
         with context.attempt():
-            scenes = [level.file for level in factors[0]] if factors else []
+            scenes = [level.file for level in factors[0]]
             factors += varied_factors(context, reader, scenes)
         with context.attempt():
             factors += command.factors(reader)
@@ -175,7 +214,7 @@ class _Study:
         factors = self._inputs(reader, command, ("scenes", "scene"), ("histories", "history"))
         kinds = []
         with context.attempt():
-            scenes = [level.file for level in factors[0]] if factors else []
+            scenes = [level.file for level in factors[0]]
             words, kinds = fit_words(context, reader, scenes)
             factors.append([Level("", {}, words)])
         with context.attempt():

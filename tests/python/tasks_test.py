@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -110,6 +111,32 @@ class Tasks(PythonCase):
         self.assertIn("nothing half-made is left\nresolution: 1 is out of range", said)
         self.assertIn("nowhere", said)
         self.assertIn("did you mean `facing`?", said)
+
+    def test_paint_a_scene(self):
+        self.assertIn("0 iterations; dirt on ", self.example("paint_a_scene", "painted"))
+        self.assertEqual(patinate.Simulation(self.work / "painted").iteration, 20)
+
+    def test_snapshots(self):
+        self.assertIn("the same state: True", self.example("snapshots", "scene.json", "rain", "rained"))
+        self.assertEqual(self.json_of("rained", "simulation.json")["iterations"], 10)
+
+    def test_fit_a_scene(self):
+        truth = json.loads((self.work / "scene.json").read_text())
+        truth["rules"][0] = {"name": "patina", "rate": 2.0}
+        (self.work / "truth.json").write_text(json.dumps(truth))
+        self.run_patinate("simulate", "truth.json", "-o", "truth")
+        said = self.example("fit_a_scene", "truth.json", "truth")
+        self.assertAlmostEqual(np.log10(float(re.match(r"rate (\S+),", said)[1]) / 2), 0, delta=0.1 * np.log10(20 / 0.05))  # A tenth of the range.
+
+    def test_grade_a_panel(self):
+        self.assertIn("5.0 % rusted", self.example("grade_a_panel", "grades.csv"))
+        with open(self.work / "grades.csv", newline="") as file:
+            self.assertIn("rusted_percent", [row["name"] for row in csv.DictReader(file)])
+
+    def test_explain_a_pattern(self):
+        said = self.example("explain_a_pattern", "history", "urn/mesh.obj", "explained")
+        self.assertEqual(said.split()[0], "facing")
+        self.run_patinate("validate", "explained")
 
     def test_control_c_ends_an_example(self):
         endless = "import patinate\nprint('on', flush=True)\npatinate.transfer(patinate.read_history('history'), patinate.read_mesh('urn/mesh.obj'), 'facing', resolution=4096, quality='best')"

@@ -56,4 +56,5 @@ install(FILES "${PROJECT_BINARY_DIR}/patinate-config.cmake" "${PROJECT_BINARY_DI
   cmake/PatinateComponents.cmake cmake/PatinateDependencies.cmake DESTINATION "${patinate_package_dir}" COMPONENT development)
 install(FILES LICENSE README.md CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT runtime)
 install(DIRECTORY docs/ DESTINATION "${CMAKE_INSTALL_DATADIR}/doc/patinate-doc" COMPONENT doc PATTERN CMakeLists.txt EXCLUDE)
+include(PatinatePkgConfig)
 include(PatinatePackage)

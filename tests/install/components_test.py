@@ -69,6 +69,34 @@ endif()
         said = subprocess.run(["cmake", "-S", folder, "-B", folder / "build", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={PREFIX}"], capture_output=True, text=True)
         self.assertEqual(said.returncode, 0, said.stderr)
 
+    def test_pkg_config_says_all_that_a_program_needs(self):
+        (WORK / "use.cpp").write_text("""#include <patinate/patinate.h>
+#include <patinate/history/memory_history.h>
+#include <patinate/image/image_io.h>
+#include <cstdio>
+int main() {
+  using namespace patinate;
+  MemoryHistoryImages images{.name = "x", .frames = {{.time = 0.0, .color = ImageF(8, 8, 3, 0.5f)}}};
+  const MemoryHistory history(images);
+  write_color("use.jpg", history.read_frame(0));  // By a module, which is loaded from where it was installed.
+  std::printf("%d %d\\n", read_color("use.jpg").width(), history.num_frames());
+}
+""")
+        place, = PREFIX.glob("lib*/**/pkgconfig")
+        environment = {**os.environ, "PKG_CONFIG_PATH": str(place)}
+
+        def said_by(*command):
+            result = subprocess.run(command, cwd=WORK, env=environment, capture_output=True, text=True)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            return result.stdout
+        flags = said_by("pkg-config", "--cflags", "--libs", "patinate").split()
+        compiler = [shutil.which("ccache")] if shutil.which("ccache") else []
+        split = flags.index(next(flag for flag in flags if flag.startswith("-L")))
+        said_by(*compiler, "g++", "-c", "use.cpp", *flags[:split])
+        said_by("g++", "use.o", *flags[split:], "-o", "use")
+        self.assertEqual(said_by("./use"), "8 1\n")
+        self.assertIn(said_by("pkg-config", "--modversion", "patinate").strip(), (SOURCE / "CMakeLists.txt").read_text())
+
     def test_internal_headers_are_not_installed(self):
         installed = {str(p.relative_to(PREFIX / "include")) for p in (PREFIX / "include").rglob("*.h")}
         public = {str(p).rsplit("/include/", 1)[1] for p in SOURCE.glob("*/include/**/*.h")}

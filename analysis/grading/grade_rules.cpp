@@ -19,7 +19,8 @@ RustRule read_rust(JsonReader json) {
   rust.low_hue_deg = hue[0];
   rust.high_hue_deg = hue[1];
   rust.least_chroma = json.member("least_chroma").number(at_least(0));
-  rust.most_lightness = json.member("most_lightness").number(between(0, 100));
+  if (json.has("least_lightness")) rust.least_lightness = json.member("least_lightness").number(between(0, 100));
+  rust.most_lightness = json.member("most_lightness").number(between(rust.least_lightness, 100));
   rust.least_change = json.member("least_change").number(above(0));
   rust.least_area_px = json.member("least_area_px").number(at_least(1));
   rust.pinpoint_mm = json.member("pinpoint_mm").number(above(0));

@@ -31,7 +31,7 @@ struct GradeScale {
 struct RustRule {
   double low_hue_deg = 20, high_hue_deg = 85;  ///< CIELAB, D65; around the circle, so that 350 to 370 is 350 to 10.
   double least_chroma = 14;
-  double most_lightness = 62;
+  double least_lightness = 0, most_lightness = 62;
   double least_change = 12;    ///< CIE 1976 difference from the unexposed surface.
   double least_area_px = 1.5;  ///< Smaller spots are not told from noise.
   double pinpoint_mm = 1.5;    ///< Spots of a smaller diameter are pinpoints of ASTM D610.

@@ -67,6 +67,7 @@ RustRule labeled_rust_rule(RustRule rule, const ImageF& before, const ImageF& ma
   if (lightness.size() < kLeastMarked)
     throw InvalidInput("the labels: mark " + std::to_string(lightness.size()) +
                        " pixels off their edges; mark spots with " + std::to_string(kLeastMarked) + " or more");
+  rule.least_lightness = std::max(0.0, at_share(lightness, kRim) - kBeyondLightness);
   rule.most_lightness = std::min(100.0, at_share(lightness, 1.0 - kRim) + kBeyondLightness);
   if (!change.empty()) rule.least_change = std::max(1.0, kBeyondShare * at_share(change, kRim));
   if (at_share(chroma, 0.5) < kGrayChroma) {

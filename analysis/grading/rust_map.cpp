@@ -35,7 +35,7 @@ bool has_rust_color(const std::array<double, 3>& lab, const RustRule& rule) {
   const double chroma = std::hypot(lab[1], lab[2]);
   const double hue = std::atan2(lab[2], lab[1]) * 180.0 / std::numbers::pi;
   const double off_middle = std::remainder(hue - 0.5 * (rule.low_hue_deg + rule.high_hue_deg), 360.0);
-  return chroma >= rule.least_chroma && lab[0] <= rule.most_lightness &&
+  return chroma >= rule.least_chroma && lab[0] >= rule.least_lightness && lab[0] <= rule.most_lightness &&
          std::abs(off_middle) <= 0.5 * (rule.high_hue_deg - rule.low_hue_deg);
 }
 

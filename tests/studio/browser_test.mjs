@@ -251,6 +251,8 @@ test("a map with numbers on both sides of 0 has a color for each, and stripes wh
   await until(page, () => document.querySelector(".legend.vector"));
   await page.locator("select", { hasText: "as a color" }).selectOption("z");
   await until(page, () => /normal, z/.test(document.querySelector(".legend").textContent));
+  await open_place(page, server, "aged");
+  await history_is_ready(page);
 });
 
 nightly("a metal that mirrors nothing is black in any light, and has its colors without light", async () => {
@@ -408,6 +410,7 @@ test("a dragged emitter wets other texels", async () => {
   });
   const { at, way, mm_px, uv } = ways;
   await page.waitForTimeout(300);
+  await until(page, () => window.patinate.viewer.is_at_rest);  // The handles are where they are drawn.
   assert.equal(await overlay_at(uv), 0);
   const kGrip_px = 45;
   await page.mouse.move(at.x + kGrip_px * way.x, at.y + kGrip_px * way.y);
@@ -631,6 +634,7 @@ test("messages wrap, leave the picture where it is and uncovered, can be closed,
     await page.setViewportSize({ width, height: 720 });
     const before = await box_of(".stage");
     await page.locator("select", { hasText: "nothing" }).evaluate(() => { window.patinate.live.events.problem(`/data/${"a_long_name_".repeat(30)}: is wrong`); });
+    await until(page, () => document.documentElement.style.getPropertyValue("--notices") === `${document.querySelector(".notices").offsetHeight}px`);
     const notice = await box_of(".notices");
     assert.ok(notice.x >= 0 && notice.x + notice.width <= width, `${JSON.stringify(notice)} in ${width}`);
     assert.ok(await in_page(() => [...document.querySelectorAll(".notice span")].every((s) => s.scrollWidth <= s.clientWidth + 1)), "nothing runs out of it");

@@ -1,5 +1,6 @@
 // A map as numbers in their units: what is not known is no number.
-import { get_map, type FloatMap } from "../api";
+import { get_map, url_of, type FloatMap } from "../api";
+import { answer_from } from "../session";
 import type { HistoryPlace } from "../types";
 
 export type MapKind = "number" | "direction" | "vector" | "color" | "coordinates";
@@ -28,7 +29,8 @@ export function maps_of(place: HistoryPlace): [string, string][] {
   all.push(...(place.frame_maps ?? []).map((m): [string, string] => [`frame:${m}`, `${m} over time`]));
   all.push(...(place.maps ?? []).map((m): [string, string] => [`map:${m}`, m]));
   if (place.kind === "transfer") all.push(["coordinates", "where it comes from"]);
-  return all;
+  const session = window.PATINATE_SESSION;  // A saved page holds some of them.
+  return session ? all.filter(([name]) => answer_from(session, url_of("/api/map", { place: place.place, name }))) : all;
 }
 
 export function is_timed(name: string): boolean {

@@ -42,13 +42,13 @@ export function ask_path(title: string, label: string, value: string, extra: Chi
 
 const kKeys: [string, string][] = [
   ["Space", "play or pause"], ["F", "fit the view"], ["← →", "a frame back or on"], ["1 2 3", "one time, wipe, difference"],
-  ["P", "paint on the surface; then the wheel is the brush's distance, Shift and wheel its size, Ctrl and wheel comes closer"], ["G R S", "handles: move, rotate, scale"], ["Ctrl Z", "undo the last stroke, or the way back to the start"], ["Ctrl Shift Z", "redo; Ctrl Y too"],
+  ["P", "paint on the surface; then the wheel is the brush's distance, Shift and wheel its size, Ctrl and wheel comes closer"], ["G R S", "handles: move, rotate, scale"], ["Ctrl Z", "undo the last step: a setting, a move, a look, a stroke, or the way back to the start"], ["Ctrl Shift Z", "redo; Ctrl Y too"],
   ["Shift F", "full screen"], ["T", "dark or light"], ["Esc", "let go"], ["?", "this page"],
 ];
 
 export function open_help(): void {
   open_dialog("Finding your way", [
-    h("p", {}, "Drag to turn, with the right button (or two fingers) to shift, wheel or pinch to come closer. A click on the surface shows how its color changes."),
+    h("p", {}, "Drag to turn, with the right button (or two fingers) to shift, wheel or pinch to come closer. A click on the surface shows all its numbers there, and how they change."),
     h("table", { class: "keys" }, h("tbody", {}, kKeys.map(([key, text]) => h("tr", {}, h("td", {}, h("kbd", {}, key)), h("td", {}, text))))),
     h("p", {}, "docs/studio.md has more."),
   ]);

@@ -187,7 +187,7 @@ export class HistoryView implements View {
       this.timebar.set_second_time(session?.second_time ?? times[times.length - 1] ?? 0);
       if (session?.comparison) this.compare_by_key(session.comparison);
       await this.loader_a.settled();
-      if (this.place.shows) await this.open_map(this.place.shows);
+      if (this.place.shows && !is_static()) await this.open_map(this.place.shows);
     } catch (error) {
       show_error(error);
     } finally {

@@ -51,7 +51,7 @@ struct OutputWork {
   std::vector<OutputPiece> pieces = {};
   std::shared_ptr<const MovieFrames> movie = {};  ///< Frames of a movie: what a plan cuts `make` into.
   std::optional<JobPlan> plan = {};
-  std::vector<std::string> notes = {};  ///< Lines for a person, before the work.
+  std::vector<std::string> notes = {};  ///< Lines for a person.
   std::shared_ptr<const Json> report;   ///< Content of a report beside output and status: an object.
 };
 

@@ -123,9 +123,9 @@ std::optional<JobStatus> made(CommandRun& run, const app::OutputWork& work) {
 }  // namespace
 
 int run_output(CommandRun& run, const app::OutputWork& work) {
-  run.notes(work.notes);
-  if (const std::optional<JobStatus> status = made(run, work))
-    run.report_output(*status, work.output, work.report ? *work.report : Json::object());
+  const std::optional<JobStatus> status = made(run, work);
+  run.notes(work.notes);  // Behind the work: an output that is refused has one line.
+  if (status) run.report_output(*status, work.output, work.report ? *work.report : Json::object());
   return 0;
 }
 

@@ -23,7 +23,8 @@ class Steps(LiveCase):
         return json.loads(json.dumps({key: client.scene[key] for key in SETTINGS}))
 
     def is_at_rest(self, client, iteration):
-        client.until(lambda: client.status["iteration"] == iteration and not client.status["running"])
+        client.status = None  # What was said before knows nothing of what was asked for.
+        client.until(lambda: client.status and client.status["iteration"] == iteration and not client.status["running"])
         client.settle()
 
     def assert_simulate_repeats(self, client, name):
@@ -134,11 +135,29 @@ class Steps(LiveCase):
         self.assertGreater(client.status["ledger"]["dirt"]["on_surfaces"], 0.9 * painted["dirt"]["on_surfaces"])
         self.assertIn("expected a material", client.ask("stroke", emitter="brush", position=way[0], phase="begin", erase=["gold"])["message"])
 
+    def test_an_exported_model_knows_metal_and_its_files_are_told(self):
+        scene = json.loads(json.dumps(self.written))
+        for thing in scene["objects"]:
+            thing["preset"] = "copper"
+        (self.folder / "ledge/metal.json").write_text(json.dumps(scene))
+        client = self.client("ledge/metal.json")
+        told = []
+        take = client.socket.receive
+        client.socket.receive = lambda timeout=60: told.append(take(timeout)) or told[-1]
+        client.do("export", path="metal_look", what=["textures", "glb"])
+        files = next(m for m in told if isinstance(m, dict) and m["type"] == "exported")
+        self.assertEqual({f["path"]: f["bytes"] for f in files["files"]}, {str(p.relative_to(self.folder / "metal_look")): p.stat().st_size for p in (self.folder / "metal_look").rglob("*") if p.is_file()})
+        glb = (self.folder / "metal_look/model.glb").read_bytes()
+        surface = json.loads(glb[20:20 + int.from_bytes(glb[12:16], "little")])["materials"][0]["pbrMetallicRoughness"]
+        self.assertEqual(surface["metallicFactor"], 1)
+        self.assertIn("metallicRoughnessTexture", surface)
+        status, headers, data = self.server.request(f"/api/file?place={files['place']}&path=model.glb")
+        self.assertEqual((status, data), (200, glb))
+
     def test_a_probe_says_what_a_texel_is(self):
         client = self.client("ledge/probed.json")
         client.step(4)
         found = []
-        self.addCleanup(setattr, client, "listen", client.listen)
         take = client.socket.receive
         client.socket.receive = lambda timeout=60: found.append(take(timeout)) or found[-1]
         client.do("probe", x=30, y=40)

@@ -242,7 +242,7 @@ test("a map with numbers on both sides of 0 has a color for each, and stripes wh
   assert.ok(above[0] > above[2] + 20, `above 0: ${above}`);
   assert.ok(Math.abs(unknown[0] - unknown[2]) < 8, `not known: ${unknown}`);
   await page.locator("select", { hasText: "automatic" }).selectOption("typed");
-  await page.getByRole("textbox", { name: "From" }).fill("-0.5");
+  await page.getByRole("textbox", { name: "From", exact: true }).fill("-0.5");
   await page.keyboard.press("Enter");
   await page.getByRole("textbox", { name: "To", exact: true }).fill("0,25");
   await page.keyboard.press("Tab");

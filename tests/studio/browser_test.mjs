@@ -534,10 +534,10 @@ test("the brush carries any material, as much as is asked for, and an eraser tak
   const stroke = async () => {
     await page.mouse.move(420, 500);
     await page.mouse.down();
+    await until(page, () => window.patinate.status().painting);
     for (let x = 430; x <= 600; x += 10) await page.mouse.move(x, 502);
     await page.mouse.up();
     await until(page, () => window.patinate.status().painting === false);
-    await page.waitForTimeout(400);
   };
   const none = await moss(), at = await iteration();
   await page.keyboard.press("p");

@@ -30,7 +30,7 @@ void describe(DocumentVisitor& v, ComparedSide& s) {
   v.member({"first_time"}, s.first_time);
   v.member({"last_time"}, s.last_time);
   v.choice({"time_unit"}, s.time_unit, kTimeUnitNames);
-  v.member({.name = "texel_size_mm", .is_nullable = true}, s.texel_size_mm);
+  v.member(or_null("texel_size_mm"), s.texel_size_mm);
   v.list({"controls"}, s.controls, [&](ControlFacts& c) {
     v.member({"name"}, c.name);
     std::array<double, 2> range{c.low, c.high};
@@ -57,17 +57,6 @@ ComparedSide side_of(const SeriesFile& side) {
           .controls = m.controls,
           .warnings = m.warnings,
           .key = side.key()};
-}
-
-void describe_provenance(DocumentVisitor& v, const CompareOptions& options, std::string& command, std::string& key) {
-  v.any_object(
-      {"options", "Those that were in force, as text."}, [](const JsonReader&) {},
-      [&](Json& json) {
-        for (const auto& [name, value] : option_values(options)) json[name] = value;
-        json["seed"] = std::to_string(options.seed);
-      });
-  v.member({"command", "What repeats it."}, command);
-  v.member({"key", "Content key."}, key);
 }
 
 namespace {
@@ -130,18 +119,19 @@ struct CompareDocument {
   ComparedSide a, b;
   std::vector<Section> sections;
   std::vector<std::string> warnings;
-  CompareOptions options;
-  std::string command, key;
+  ReportOrigin origin;
 };
 
 void describe(DocumentVisitor& v, CompareDocument& d) {
   v.member({"a", "What was compared, side A."}, d.a);
   v.member({"b", "What was compared, side B."}, d.b);
-  describe_listed_figures(v, d.sections);
+  std::vector<ListedFigure> figures = listed_figures(d.sections);
+  std::vector<ListedCurve> curves = listed_curves(d.sections);
+  v.member({"figures"}, figures);
   describe_undefined_sections(v, d.sections);
   v.member({"warnings", "Probable mistakes, one sentence each."}, d.warnings);
-  describe_listed_curves(v, "curves", d.sections);
-  describe_provenance(v, d.options, d.command, d.key);
+  v.member({"curves", "What is drawn on the page."}, curves);
+  describe_origin(v, d.origin);
 }
 
 constexpr DocumentKind kCompareDocument{
@@ -176,9 +166,8 @@ void write_compare_report(const fs::path& folder, const CompareProvenance& prove
                            .b = side_of(provenance.b),
                            .sections = {sections.begin(), sections.end()},
                            .warnings = warnings,
-                           .options = provenance.options,
-                           .command = provenance.command,
-                           .key = provenance.key};
+                           .origin = {with_seed(option_values(provenance.options), provenance.options.seed),
+                                      provenance.command, provenance.key}};
   save_json(folder / kCompareReportFile, document_json(kCompareDocument, described(document)));
 }
 
@@ -186,9 +175,6 @@ void check_compare_report(const std::filesystem::path& file) {
   check_document<CompareDocument>(kCompareDocument, file);
 }
 
-Json compare_schema() {
-  CompareDocument any;
-  return document_schema(kCompareDocument, described(any));
-}
+Json compare_schema() { return document_schema(kCompareDocument, described<CompareDocument>()); }
 
 }  // namespace patinate::analysis

@@ -37,9 +37,6 @@ struct ComparedSide {
 void describe(DocumentVisitor& v, ComparedSide& side);
 [[nodiscard]] ComparedSide side_of(const SeriesFile& side);
 
-/// With which options, and the command that repeats it.
-void describe_provenance(DocumentVisitor& v, const CompareOptions& options, std::string& command, std::string& key);
-
 /// Writes report.html (everything inside), report.json, figures.csv and curves/<name>.csv.
 /// @param sections  Every picture must have a `source`. @throws CannotComplete; InvalidInput if a number is not finite.
 void write_compare_report(const std::filesystem::path& folder, const CompareProvenance& provenance,

@@ -122,8 +122,7 @@ struct ReplicatesDocument {
   std::vector<std::string> verdict;
   std::vector<double> clock;
   std::vector<std::string> warnings;
-  CompareOptions options;
-  std::string command, key;
+  ReportOrigin origin;
 };
 
 void describe(DocumentVisitor& v, ReplicatesDocument& d) {
@@ -142,7 +141,7 @@ void describe(DocumentVisitor& v, ReplicatesDocument& d) {
   v.member({"verdict"}, d.verdict);
   v.member({"times", "At which all are compared, on the clock of the options."}, d.clock);
   v.member({"warnings", "Probable mistakes, one sentence each."}, d.warnings);
-  describe_provenance(v, d.options, d.command, d.key);
+  describe_origin(v, d.origin);
 }
 
 constexpr DocumentKind kReplicatesDocument{
@@ -212,9 +211,8 @@ void write_replicates_report(const fs::path& folder, const ReplicatesProvenance&
                               .verdict = replicate_verdict(comparison),
                               .clock = provenance.clock,
                               .warnings = provenance.warnings,
-                              .options = provenance.options,
-                              .command = provenance.command,
-                              .key = provenance.key};
+                              .origin = {with_seed(option_values(provenance.options), provenance.options.seed),
+                                         provenance.command, provenance.key}};
   for (std::size_t k = 0; k < provenance.files.size(); ++k) {
     ComparedSide side = side_of(provenance.files[k]);
     side.name = provenance.names[k];
@@ -227,9 +225,6 @@ void check_replicates_report(const std::filesystem::path& file) {
   check_document<ReplicatesDocument>(kReplicatesDocument, file);
 }
 
-Json replicates_schema() {
-  ReplicatesDocument any;
-  return document_schema(kReplicatesDocument, described(any));
-}
+Json replicates_schema() { return document_schema(kReplicatesDocument, described<ReplicatesDocument>()); }
 
 }  // namespace patinate::analysis

@@ -72,23 +72,18 @@ void describe(DocumentVisitor& v, EvaluatedMap& m) {
   v.member({"hash", "Of the rounded coordinates, 32 hexadecimal digits."}, m.hash);
   v.member({"figures"}, m.figures);
   v.member({"lines", "What the figures of lines are means of: each kind of lines at each threshold."}, m.lines);
-  if (!v.wants_all()) v.member({.name = "pictures", .presence = Presence::IfSet}, m.pictures);  // Only items have them.
+  if (!v.wants_all()) v.member(if_set("pictures"), m.pictures);  // Only items have them.
 }
 
 /// evaluation.json.
 struct EvaluationDocument {
   std::vector<EvaluatedMap> maps;  ///< Without pictures.
-  Json options;
-  std::string command, key;
+  ReportOrigin origin;
 };
 
 void describe(DocumentVisitor& v, EvaluationDocument& d) {
   v.member({.name = "maps", .min_size = 1}, d.maps);
-  v.any_object(
-      {"options", "Those that were in force, as text."}, [](const JsonReader&) {},
-      [&](Json& json) { json = d.options; });
-  v.member({"command", "What repeats it."}, d.command);
-  v.member({"key", "Content key."}, d.key);
+  describe_origin(v, d.origin);
 }
 
 constexpr DocumentKind kEvaluationDocument{
@@ -182,15 +177,13 @@ void write_report(const fs::path& folder, const EvaluationTask& task, const std:
       if (!f.value) page.paragraph(f.title + ": undefined, " + f.undefined + ".");
     }
   }
-  Json options = Json::object();
-  for (const auto& [name, value] : option_values(task.options)) options[name] = value;
-  options["seed"] = std::to_string(task.seed);
   page.heading("Provenance");
   page.paragraph("This page is repeated, byte for byte, by");
   page.code(task.command);
   page.link(kEvaluationFile, "The figures as JSON");
   page.save(folder / kEvaluationPageFile);
-  EvaluationDocument document{.maps = maps, .options = std::move(options), .command = task.command, .key = key};
+  EvaluationDocument document{.maps = maps,
+                              .origin = {with_seed(option_values(task.options), task.seed), task.command, key}};
   for (EvaluatedMap& map : document.maps) map.pictures.clear();
   save_json(folder / kEvaluationFile, document_json(kEvaluationDocument, described(document)));
 }
@@ -201,10 +194,7 @@ void check_evaluation(const std::filesystem::path& file) {
   check_document<EvaluationDocument>(kEvaluationDocument, file);
 }
 
-Json evaluation_schema() {
-  EvaluationDocument any;
-  return document_schema(kEvaluationDocument, described(any));
-}
+Json evaluation_schema() { return document_schema(kEvaluationDocument, described<EvaluationDocument>()); }
 
 JobPlan plan_evaluation(EvaluationTask task, const fs::path& output) {
   check_ranges(task.options);

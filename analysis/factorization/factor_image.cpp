@@ -1,14 +1,12 @@
 #include "analysis/factorization/factor_image.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 namespace patinate::analysis {
 
 namespace {
 
 constexpr std::size_t kOfModel = 5;  ///< Channels of one model.
-constexpr std::size_t kMaxCoefficients = 1000;
 constexpr double kLargestHalf = 65504.0;
 
 /// Model that a color channel belongs to, and the number of the channel in it.
@@ -87,50 +85,6 @@ bool is_covered(std::span<const TemporalModel> models, const ImageF& image, std:
     if (!is_covered(models[m].curve, factors_at(image, pixel, m, models.size()), time)) return false;
   }
   return true;
-}
-
-Json models_json(std::span<const TemporalModel> models) {
-  Json list = Json::array();
-  constexpr std::array<const char*, 3> kNames{"R", "G", "B"};
-  for (std::size_t m = 0; m < models.size(); ++m) {
-    Json names = Json::array();
-    for (std::size_t c = 0; c < 3; ++c) {
-      if (models.size() == 1 || c == m) names.push_back(kNames[c]);
-    }
-    list.push_back({{"channels", names},
-                    {"low", models[m].curve.low},
-                    {"high", models[m].curve.high},
-                    {"coefficients", models[m].curve.coefficients},
-                    {"noise", models[m].noise},
-                    {"correlation", models[m].correlation}});
-  }
-  return list;
-}
-
-std::vector<TemporalModel> read_models(const JsonReader& json) {
-  std::vector<TemporalModel> models;
-  for (JsonReader& entry : json.elements(3)) {
-    TemporalModel model;
-    const std::size_t channels = entry.member("channels").elements(3).size();
-    model.curve.low = entry.member("low").number();
-    model.curve.high = entry.member("high").number();
-    if (!(model.curve.high > model.curve.low)) entry.member("high").fail("more than low");
-    const JsonReader coefficients = entry.member("coefficients");
-    for (const JsonReader& list : coefficients.elements(channels)) {
-      const std::size_t size = list.elements(kMaxCoefficients).size();
-      if (size < 4 || (!model.curve.coefficients.empty() && size != model.curve.coefficients.front().size()))
-        list.fail("at least 4 coefficients, as many for every channel");
-      model.curve.coefficients.push_back(list.numbers(size));
-    }
-    if (model.curve.coefficients.size() != channels) coefficients.fail("a list for every channel");
-    model.noise = entry.member("noise").numbers(channels, above(0));
-    model.correlation = entry.member("correlation").number(between(0, 0.99));
-    entry.finish();
-    models.push_back(std::move(model));
-  }
-  if (models.size() != 1 && models.size() != 3) json.fail("one curve for all channels, or three");
-  if (models.front().curve.num_channels() != (models.size() == 1 ? 3 : 1)) json.fail("three channels in all");
-  return models;
 }
 
 }  // namespace patinate::analysis

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "patinate/analysis/factorization.h"
-#include "patinate/core/json.h"
 #include "patinate/image/image.h"
 
 namespace patinate::analysis {
@@ -29,10 +28,5 @@ namespace patinate::analysis {
 /// Whether all its curves are known at that time.
 [[nodiscard]] bool is_covered(std::span<const TemporalModel> models, const ImageF& image, std::int64_t pixel,
                               double time);
-
-/// Members channels, low, high, coefficients, noise.
-[[nodiscard]] Json models_json(std::span<const TemporalModel> models);
-/// The inverse. @throws IoError
-[[nodiscard]] std::vector<TemporalModel> read_models(const JsonReader& json);
 
 }  // namespace patinate::analysis

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "analysis/factorization/factorization_document.h"
 #include "analysis/factorization/factorization_work.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/json.h"
@@ -108,8 +109,7 @@ fs::path rate_control_file(const FactorizationWork& work) {
 void make_maps(FactorizationWork& work, const fs::path& folder) {
   const std::size_t num_models = work.num_models();
   const std::vector<std::string> names = factor_channel_names(num_models);
-  const Json json = load_json(folder / work_file("curve.json"));
-  std::vector<TemporalModel> models = read_models(JsonReader("curve.json", json));
+  std::vector<TemporalModel> models = read_models(folder / work_file("curve.json"));
   std::vector<std::vector<PlaceFactors>> factors(num_models);
   for (int band = 0; band < work.num_bands(); ++band) {
     const ImageF rows = read_channels(folder / work_file("rows." + std::to_string(band) + ".exr"), names);
@@ -124,7 +124,7 @@ void make_maps(FactorizationWork& work, const fs::path& folder) {
   }
   const ImageF image = factor_image(work.width(), work.height(), factors);
   write_exr(folder / work_file("factors.exr"), image, names, ExrDepth::Float);
-  save_json(folder / work_file("models.json"), models_json(models));
+  save_models(folder / work_file("models.json"), models);
 
   fs::create_directories(folder / "maps");
   const std::vector<std::string> rgb{"R", "G", "B"}, of_clock = num_models == 1 ? std::vector<std::string>{"Y"} : rgb;

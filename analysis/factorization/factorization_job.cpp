@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "analysis/factorization/factorization_work.h"
@@ -36,8 +35,6 @@ std::string quantities_of(const HistoryFacts& facts) {
 }
 
 constexpr std::int64_t kStageVersion = 4;  ///< Raised when the same input gives other figures.
-constexpr int kMostFrames = 1'000'000;
-constexpr double kMaxSide = 65536;
 // For progress, in what the factors of one pixel take, as measured on 400 x 300 pixels at 40 times: the curve is sought
 // at a fixed number of places.
 constexpr double kCurveWeight = 1.5e6, kMapsWeight = 0.1, kFrameWeight = 0.1, kJoinWeight = 0.5;
@@ -170,44 +167,6 @@ JobPlan plan_factorization(FactorizationTask task, const fs::path& output) {
     write_factorization(*work, folder, control);
   };
   return plan;
-}
-
-FactorizationManifest read_factorization(const fs::path& path) {
-  const fs::path folder = manifest_folder(path, kFactorizationManifestFile), file = folder / kFactorizationManifestFile;
-  const Json content = load_json(file);
-  JsonReader json(file.string(), content);
-  json.expect_format("patinate.factorization", 1);
-  FactorizationManifest m;
-  m.name = json.member("name").string();
-  m.width = static_cast<int>(json.member("width").integer(between(1, kMaxSide)));
-  m.height = static_cast<int>(json.member("height").integer(between(1, kMaxSide)));
-  m.time_unit = parse_time_unit(json.member("time_unit").string());
-  m.models = read_models(json.member("curves"));
-  for (JsonReader& frame : json.member("frames").elements(kMostFrames)) {
-    (void)frame.member("time").number();
-    const bool is_extrapolated = frame.has("extrapolated") && frame.member("extrapolated").boolean();
-    if (frame.has("held")) (void)frame.member("held").boolean();
-    for (const char* name : {"pixels", "rmse", "ciede2000_mean", "ciede2000_p95", "covered_share"}) {
-      if (frame.has(name)) (void)frame.member(name).number(at_least(0));
-    }
-    frame.finish();
-    ++(is_extrapolated ? m.num_extrapolated : m.num_frames);
-  }
-  for (JsonReader& f : json.member("figures").elements(1000)) {
-    const JsonReader value = f.member("value");
-    m.figures.emplace_back(f.member("name").string(), value.is_null() ? "undefined: " + f.member("undefined").string()
-                                                                      : short_number_text(rounded(value.number(), 4)) +
-                                                                            " " + f.member("unit").string());
-  }
-  JsonReader maps = json.member("maps");
-  for (const auto& [name, where] : factor_maps()) m.maps.emplace_back(name, maps.member(name).path());
-  maps.finish();
-  m.history = json.member("history").path();
-  m.key = json.member("key").string();
-  for (const char* name : {"origin", "clock", "csv", "options", "command"}) (void)json.member(name);
-  if (json.has("of")) (void)parse_factor_quantity(json.member("of").string());
-  json.finish();
-  return m;
 }
 
 }  // namespace patinate::analysis

@@ -75,19 +75,4 @@ struct FactorizationTask {
 /// options), IoError.
 [[nodiscard]] JobPlan plan_factorization(FactorizationTask task, const std::filesystem::path& output);
 
-/// Content of factorization.json that others need.
-struct FactorizationManifest {
-  std::string name;
-  int width = 0, height = 0;
-  TimeUnit time_unit = TimeUnit::Seconds;
-  std::vector<TemporalModel> models;
-  int num_frames = 0, num_extrapolated = 0;
-  std::vector<std::pair<std::string, std::string>> figures;         ///< Names and values as text, or "undefined: ...".
-  std::vector<std::pair<std::string, std::filesystem::path>> maps;  ///< Names and files.
-  std::filesystem::path history;                                    ///< The denoised one.
-  std::string key;
-};
-/// @param path  The folder or the file. @throws IoError if it breaks the format.
-[[nodiscard]] FactorizationManifest read_factorization(const std::filesystem::path& path);
-
 }  // namespace patinate::analysis

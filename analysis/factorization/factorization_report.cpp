@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "analysis/compare/sections.h"
+#include "analysis/factorization/factorization_document.h"
 #include "analysis/factorization/factorization_work.h"
-#include "analysis/factorization/frame_record.h"
 #include "analysis/factorization/map_pictures.h"
 #include "analysis/factorization/place_fit.h"
 #include "analysis/report/report_page.h"
@@ -54,7 +54,8 @@ Said gather(FactorizationWork& work, const fs::path& folder) {
          .clock = read_mask(folder / "maps/clock.png"),
          .changes = read_mask(folder / "maps/changes.png")};
   for (std::size_t i = 0; i < work.frames.size(); ++i)
-    s.frames.push_back(frame_from_json(load_json(folder / work_file("frame." + std::to_string(i) + ".json"))));
+    read_object(load_json(folder / work_file("frame." + std::to_string(i) + ".json")),
+                described(s.frames.emplace_back()));
   for (std::int64_t i = 0; i < work.mask.num_pixels(); ++i) {
     if (work.mask.data()[i] == 0) continue;
     double end = 1e300;
@@ -345,39 +346,28 @@ void write_factorization(FactorizationWork& work, const fs::path& folder, const 
     page.heading("Warnings of the history");
     for (const HistoryWarning& warning : source.warnings) page.paragraph(warning_text(warning));
   }
-  Json options = Json::object(), maps = Json::object(), frames = Json::array();
-  for (const auto& [name, value] : option_values(work.task.options)) options[name] = value;
   page.heading("Provenance");
   page.paragraph("This page is repeated, byte for byte, by");
   page.code(work.task.command);
   page.link(kFactorizationManifestFile, "Curve and figures as JSON");
   page.link("history/history.json", "The denoised history");
   page.save(folder / kFactorizationPageFile);
-  for (const auto& [name, file] : factor_maps()) maps[name] = file.generic_string();
-  for (const FrameRecord& frame : s.frames) frames.push_back(frame_json(frame));
-  Json listed = object_json([&](DocumentVisitor& v) {
-    describe_listed_figures(v, sections);
-    describe_listed_curves(v, "csv", sections);
-  });
-  Json manifest{{"format", "patinate.factorization"},
-                {"version", 1},
-                {"name", source.name},
-                {"origin", source.origin},
-                {"width", source.width},
-                {"height", source.height},
-                {"time_unit", time_unit_text(source.time_unit)},
-                {"clock", options.at("clock")},
-                {"curves", models_json(s.f.models)},
-                {"maps", maps},
-                {"history", "history"},
-                {"frames", frames},
-                {"figures", listed["figures"]},
-                {"csv", listed["csv"]},
-                {"options", options},
-                {"command", work.task.command},
-                {"key", work.key}};
-  if (!work.is_color()) manifest["of"] = name_of(work.task.of);
-  save_json(folder / kFactorizationManifestFile, manifest);
+  const Named<std::string> options = option_values(work.task.options);
+  const auto clock = std::find_if(options.begin(), options.end(), [](const auto& o) { return o.first == "clock"; });
+  save_factorization(folder, {.name = source.name,
+                              .origin = source.origin,
+                              .width = source.width,
+                              .height = source.height,
+                              .time_unit = source.time_unit,
+                              .clock = clock->second,
+                              .models = s.f.models,
+                              .maps = {},
+                              .history = "history",
+                              .frames = s.frames,
+                              .figures = listed_figures(sections),
+                              .curves = listed_curves(sections),
+                              .origin_of_report = {options, work.task.command, work.key},
+                              .of = work.is_color() ? std::nullopt : std::optional(work.task.of)});
   control.report(1.0);
 }
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "analysis/factorization/frame_record.h"
+#include "analysis/factorization/factorization_document.h"
 #include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
@@ -98,8 +98,7 @@ int FactorizationWork::rows_per_band() const {
 const FactorizationWork::Factored& FactorizationWork::factored(const fs::path& folder) {
   const std::scoped_lock lock(mutex_);
   if (!factored_) {
-    const Json json = load_json(folder / work_file("models.json"));
-    factored_ = Factored{read_models(JsonReader("models.json", json)),
+    factored_ = Factored{read_models(folder / work_file("models.json")),
                          read_channels(folder / work_file("factors.exr"), factor_channel_names(num_models()))};
   }
   return *factored_;
@@ -147,12 +146,11 @@ void make_curve(FactorizationWork& work, const fs::path& folder, const RunContro
         train_curve(work.num_models() == 1 ? series : series.channel(static_cast<int>(m)), work.task.options, part));
   }
   fs::create_directories(folder / kJobWorkFolder);
-  save_json(folder / work_file("curve.json"), models_json(models));
+  save_models(folder / work_file("curve.json"), models);
 }
 
 void make_rows(FactorizationWork& work, int band, const fs::path& folder, const RunControl& control) {
-  const Json json = load_json(folder / work_file("curve.json"));
-  const std::vector<TemporalModel> models = read_models(JsonReader("curve.json", json));
+  const std::vector<TemporalModel> models = read_models(folder / work_file("curve.json"));
   const int first = band * work.rows_per_band(), rows = std::min(work.rows_per_band(), work.height() - first);
   std::vector<std::uint32_t> pixels, places;
   for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(rows) * static_cast<std::uint32_t>(work.width()); ++i) {
@@ -275,7 +273,7 @@ void make_frame(FactorizationWork& work, int index, const fs::path& folder, cons
                               .ciede2000_p95 = rounded(static_cast<double>(value_at_rank(list, rank)), 6),
                               .is_color = work.is_color()};
   }
-  save_json(folder / work_file("frame." + std::to_string(index) + ".json"), frame_json(record));
+  save_json(folder / work_file("frame." + std::to_string(index) + ".json"), object_json(described(record)));
   control.report(1.0);
 }
 

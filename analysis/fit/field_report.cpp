@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/fit/held_out_report.h"
+#include "analysis/report/analysis_documents.h"
+#include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
 #include "libcommon/output/html_page.h"
 #include "libcommon/output/svg_chart.h"
@@ -22,38 +24,6 @@ std::optional<double> explained_at(const FieldMisfits& with, const FieldMisfits&
   if (!is_held_out) return explained_share(with.seen.by_place, without.seen.by_place);
   if (!with.held_out || !without.held_out) return std::nullopt;
   return explained_share(with.held_out->by_place, without.held_out->by_place);
-}
-
-Json misfit_json(const FieldMisfit& m) {
-  return Json{{"by_place", m.by_place}, {"color_distribution", optional_json(m.color_distribution)}};
-}
-Json misfits_json(const FieldMisfits& m) {
-  return Json{{"seen", misfit_json(m.seen)}, {"held_out", m.held_out ? misfit_json(*m.held_out) : Json(nullptr)}};
-}
-
-Json field_json(const FieldTask& task, const FieldOutcome& o, std::size_t i) {
-  const FitParameter& p = task.parameters[i];
-  const FoundField& f = o.fields[i];
-  Json trials = Json::array();
-  for (const SmoothnessTrial& t : f.fitted.trials)
-    trials.push_back({{"smoothness", optional_json(t.smoothness)}, {"left_out", t.left_out}});
-  return Json{
-      {"pointer", p.range.name},
-      {"name", shown_name(p)},
-      {"unit", p.unit},
-      {"range", {p.range.low, p.range.high}},
-      {"scale", kFitScaleNames[static_cast<std::size_t>(p.range.scale)]},
-      {"before", p.start},
-      {"single", f.single},
-      {"low", f.low},
-      {"high", f.high},
-      {"waves", f.fitted.field.num_waves},
-      {"coefficients", f.fitted.field.coefficients},
-      {"effective_numbers", f.fitted.num_effective},
-      {"smoothness", optional_json(f.fitted.smoothness)},
-      {"trials", trials},
-      {"explained_seen", f.without ? optional_json(explained_at(o.after, *f.without, false)) : Json(nullptr)},
-      {"explained_held_out", f.without ? optional_json(explained_at(o.after, *f.without, true)) : Json(nullptr)}};
 }
 
 void add_misfit_of_fields(HtmlPage& page, const FieldTask& task, const FieldOutcome& o) {
@@ -166,7 +136,98 @@ void add_methods_of_fields(HtmlPage& page, const FieldTask& task) {
       "Generalized additive models, Chapman and Hall, 1990. S. Agarwal, K. Mierle and others, Ceres Solver.");
 }
 
+/// One of FieldTask::parameters and what became of it.
+struct ListedField {
+  FitParameter parameter;
+  FoundField found;
+  std::optional<double> explained_seen, explained_held_out;
+};
+
+/// report.json.
+struct FieldDocument {
+  std::string model, history, history_key;
+  FieldOutcome found;
+  std::optional<double> explained_seen, explained_held_out;
+  std::vector<ListedField> fields;
+  ReportOrigin origin;
+};
+
+constexpr DocumentKind kFieldDocument{
+    .format = "patinate.field",
+    .title = "patinate fields",
+    .about = "report.json of `patinate fit field`: where numbers of a scene differ from place to place."};
+
+void describe(DocumentVisitor& v, ListedField& f) {
+  FitParameter& p = f.parameter;
+  FittedField& fitted = f.found.fitted;
+  std::string name = shown_name(p);
+  std::array<double, 2> range{p.range.low, p.range.high};
+  v.member({"pointer", "JSON pointer into the scene."}, p.range.name);
+  v.member({"name", "What the scene calls it; the pointer where it has no words for it."}, name);
+  v.member({"unit", "\"per h\" of a rule's rate; empty where it has none."}, p.unit);
+  v.member({"range"}, range);
+  v.choice({"scale"}, p.range.scale, kFitScaleNames);
+  v.member({"before", "In the scene."}, p.start);
+  v.member({"single", "The best for all places."}, f.found.single);
+  v.member({"low", "Least value on the surface."}, f.found.low);
+  v.member({"high", "Largest."}, f.found.high);
+  v.member({"waves", "", between(1, 16)}, fitted.field.num_waves);
+  v.member({.name = "coefficients",
+            .help = "Of cos(pi i x) cos(pi j y) at j * waves + i, x and y in [0, 1] from the upper left corner: 0 is "
+                    "the low end of the range, 1 the high one, logarithmic where the scale is.",
+            .min_size = 1},
+           fitted.field.coefficients);
+  v.member({"effective_numbers", "Numbers that the data decide."}, fitted.num_effective);
+  v.member(or_null("smoothness", "Weight of bending; null: one number everywhere."), fitted.smoothness);
+  v.member({"trials"}, fitted.trials);
+  v.member(or_null("explained_seen",
+                   "Of several fields: share of the squared misfit by place that this number, single, leaves and the "
+                   "field does not."),
+           f.explained_seen);
+  v.member(or_null("explained_held_out", "The same on frames held out."), f.explained_held_out);
+}
+
+void describe(DocumentVisitor& v, FieldDocument& d) {
+  FieldOutcome& o = d.found;
+  v.member({"model", "Name of the scene."}, d.model);
+  v.object({"history"}, true, [&] {
+    v.member({"name"}, d.history);
+    v.member({"key"}, d.history_key);
+  });
+  v.object({"times"}, true, [&] {
+    v.member({"seen", "", at_least(1)}, o.num_times_seen);
+    v.member({"held_out", "", at_least(0)}, o.num_times_held_out);
+    v.member({"unit"}, o.time_unit);
+  });
+  v.member({"before", "With the scene's own numbers."}, o.before);
+  v.member({"single", "With the best numbers for all places."}, o.single);
+  v.member({"after", "With the fields."}, o.after);
+  v.member(or_null("last_frame", "color_distribution of the last frame seen, held, on the frames held out."),
+           o.last_frame);
+  v.member(or_null("explained_seen", "1 - (by_place after)^2 / (by_place single)^2."), d.explained_seen);
+  v.member(or_null("explained_held_out", "The same on frames held out."), d.explained_held_out);
+  v.member({.name = "fields", .min_size = 1}, d.fields);
+  v.member({"simulations", "", at_least(1)}, o.num_simulations);
+  describe_origin(v, d.origin);
+}
+
 }  // namespace
+
+void describe(DocumentVisitor& v, SmoothnessTrial& t) {
+  v.member(or_null("smoothness", "Weight of bending; null: one number everywhere."), t.smoothness);
+  v.member({"left_out", "Root mean square Delta E of blocks that the search left out.", at_least(0)}, t.left_out);
+}
+
+void describe(DocumentVisitor& v, FieldMisfit& m) {
+  v.member({"by_place", "Root mean square Delta E 1976 over places and times.", at_least(0)}, m.by_place);
+  v.member(or_null("color_distribution", "Distance between the distributions of color, Delta E 1976."),
+           m.color_distribution);
+}
+
+void describe(DocumentVisitor& v, FieldMisfits& m) {
+  v.member({"seen"}, m.seen);
+  v.member(or_null("held_out"), m.held_out);
+}
 
 std::optional<double> explained_share(double with, double without) {
   if (!(without > 0.0)) return std::nullopt;
@@ -189,26 +250,23 @@ void write_field_report(const fs::path& folder, const FieldTask& task, const Fie
   page.link(kFieldReportFile, "The figures as JSON");
   page.save(folder / kFieldPageFile);
 
-  Json fields = Json::array(), options = Json::object();
-  for (std::size_t i = 0; i < o.fields.size(); ++i) fields.push_back(field_json(task, o, i));
-  for (const auto& [name, value] : option_values(task.options)) options[name] = value;
-  save_json(folder / kFieldReportFile,
-            Json{{"format", "patinate.field"},
-                 {"version", 1},
-                 {"model", task.model_name},
-                 {"history", {{"name", file.series.name()}, {"key", file.key()}}},
-                 {"times", {{"seen", o.num_times_seen}, {"held_out", o.num_times_held_out}, {"unit", o.time_unit}}},
-                 {"before", misfits_json(o.before)},
-                 {"single", misfits_json(o.single)},
-                 {"after", misfits_json(o.after)},
-                 {"last_frame", optional_json(o.last_frame)},
-                 {"explained_seen", optional_json(explained_at(o.after, o.single, false))},
-                 {"explained_held_out", optional_json(explained_at(o.after, o.single, true))},
-                 {"fields", fields},
-                 {"simulations", o.num_simulations},
-                 {"options", options},
-                 {"command", task.command},
-                 {"key", key}});
+  FieldDocument document{.model = task.model_name,
+                         .history = file.series.name(),
+                         .history_key = file.key(),
+                         .found = o,
+                         .explained_seen = explained_at(o.after, o.single, false),
+                         .explained_held_out = explained_at(o.after, o.single, true),
+                         .fields = {},
+                         .origin = {option_values(task.options), task.command, key}};
+  for (std::size_t i = 0; i < o.fields.size(); ++i) {
+    const auto share = [&](bool is_held_out) {
+      return o.fields[i].without ? explained_at(o.after, *o.fields[i].without, is_held_out) : std::nullopt;
+    };
+    document.fields.push_back({task.parameters[i], o.fields[i], share(false), share(true)});
+  }
+  save_json(folder / kFieldReportFile, document_json(kFieldDocument, described(document)));
 }
+
+Json field_schema() { return document_schema(kFieldDocument, described<FieldDocument>()); }
 
 }  // namespace patinate::analysis

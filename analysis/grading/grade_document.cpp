@@ -257,9 +257,6 @@ void save_grade_document(const fs::path& folder, const GradeReport& report, cons
 
 void check_grade_report(const fs::path& file) { check_document<GradeDocument>(kGradeDocument, file); }
 
-Json grade_schema() {
-  GradeDocument any;
-  return document_schema(kGradeDocument, described(any));
-}
+Json grade_schema() { return document_schema(kGradeDocument, described<GradeDocument>()); }
 
 }  // namespace patinate::analysis

@@ -10,6 +10,8 @@ namespace patinate::analysis {
 
 [[nodiscard]] Json compare_schema();
 [[nodiscard]] Json evaluation_schema();
+[[nodiscard]] Json factorization_schema();
+[[nodiscard]] Json field_schema();
 [[nodiscard]] Json grade_schema();
 [[nodiscard]] Json replicates_schema();
 

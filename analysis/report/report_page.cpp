@@ -130,27 +130,18 @@ void add_section(HtmlPage& page, const Section& section, const fs::path& folder,
   }
 }
 
-namespace {
-
-struct ListedFigure {
-  Figure figure;
-  std::string section;
-};
-
 void describe(DocumentVisitor& v, ListedFigure& f) {
-  analysis::describe(v, f.figure);
+  describe(v, f.figure);
   v.member({"section"}, f.section);
 }
-
-struct ListedCurve {
-  std::string file, drawing, title;
-};
 
 void describe(DocumentVisitor& v, ListedCurve& c) {
   v.member({"file", "A table, relative to this file."}, c.file);
   v.member({"drawing", "The same as SVG."}, c.drawing);
   v.member({"title"}, c.title);
 }
+
+namespace {
 
 struct UndefinedSection {
   std::string section, reason;
@@ -163,22 +154,33 @@ void describe(DocumentVisitor& v, UndefinedSection& s) {
 
 }  // namespace
 
-void describe_listed_figures(DocumentVisitor& v, std::span<const Section> sections) {
+std::vector<ListedFigure> listed_figures(std::span<const Section> sections) {
   std::vector<ListedFigure> list;
   for (const Section& section : sections) {
     for (const Figure& f : section.figures) list.push_back({as_stated(f), section.name});
   }
-  v.member({"figures"}, list);
+  return list;
 }
 
-void describe_listed_curves(DocumentVisitor& v, std::string_view member, std::span<const Section> sections) {
+std::vector<ListedCurve> listed_curves(std::span<const Section> sections) {
   std::vector<ListedCurve> list;
   for (const Section& section : sections) {
     for (const Curve& curve : section.curves)
       list.push_back(
           {curve_file(curve, ".csv").generic_string(), curve_file(curve, ".svg").generic_string(), curve.title});
   }
-  v.member({member, "What is drawn on the page."}, list);
+  return list;
+}
+
+void describe_origin(DocumentVisitor& v, ReportOrigin& o) {
+  v.member({"options", "Those that were in force, as text."}, o.options);
+  v.member({"command", "What repeats it, byte for byte."}, o.command);
+  v.member({"key", "Content key of inputs, options and versions."}, o.key);
+}
+
+Named<std::string> with_seed(Named<std::string> values, std::uint64_t seed) {
+  values.emplace_back("seed", std::to_string(seed));
+  return values;
 }
 
 void describe_undefined_sections(DocumentVisitor& v, std::span<const Section> sections) {

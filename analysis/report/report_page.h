@@ -39,10 +39,28 @@ inline constexpr std::size_t kMinZeros = 4;
 void add_section(HtmlPage& page, const Section& section, const std::filesystem::path& folder,
                  std::string_view baseline_title);
 
-/// Describes all figures for programs, with the `section` that they belong to.
-void describe_listed_figures(DocumentVisitor& v, std::span<const Section> sections);
-/// The `file` and `drawing` that add_section() has written, relative to its folder, and the `title` of every curve.
-void describe_listed_curves(DocumentVisitor& v, std::string_view member, std::span<const Section> sections);
+/// The same for programs: a figure, with the section it is of.
+struct ListedFigure {
+  Figure figure;
+  std::string section;
+};
+void describe(DocumentVisitor& v, ListedFigure& figure);
+[[nodiscard]] std::vector<ListedFigure> listed_figures(std::span<const Section> sections);
+/// What add_section() has written of a curve, relative to its folder.
+struct ListedCurve {
+  std::string file, drawing, title;
+};
+void describe(DocumentVisitor& v, ListedCurve& curve);
+[[nodiscard]] std::vector<ListedCurve> listed_curves(std::span<const Section> sections);
+/// How a report was made.
+struct ReportOrigin {
+  Named<std::string> options;  ///< Those that were in force.
+  std::string command, key;
+};
+/// Members `options`, `command` and `key`, the last of a report.
+void describe_origin(DocumentVisitor& v, ReportOrigin& origin);
+/// `values` and the seed of random numbers.
+[[nodiscard]] Named<std::string> with_seed(Named<std::string> values, std::uint64_t seed);
 /// Those that say nothing: `section` and `reason`.
 void describe_undefined_sections(DocumentVisitor& v, std::span<const Section> sections);
 

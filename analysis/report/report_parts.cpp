@@ -44,18 +44,18 @@ Curve as_stated(Curve curve) {
 
 void describe(DocumentVisitor& v, Figure& f) {
   const auto optional = [&](std::string_view name, std::string_view help, std::optional<double>& value) {
-    v.member({.name = name, .help = help, .presence = Presence::IfSet}, value);
+    v.member(if_set(name, help), value);
   };
   v.member({"name", "snake_case, unique in the report."}, f.name);
   v.member({"title", "For people."}, f.title);
   v.member({"unit"}, f.unit);
-  v.member({.name = "value", .help = "null: `undefined` says why.", .is_nullable = true}, f.value);
+  v.member(or_null("value", "null: `undefined` says why."), f.value);
   optional("low", "95 % interval.", f.low);
   optional("high", "", f.high);
   optional("after", "Of a moment: the frames between which it lies; left out where it is a frame's.", f.after);
   optional("before", "", f.before);
   optional("split", "The same figure for A, or the source, against itself split in two.", f.split);
-  v.member({.name = "undefined", .presence = Presence::IfSet}, f.undefined);
+  v.member(if_set("undefined"), f.undefined);
 }
 
 void describe(DocumentVisitor& v, CurveColumn& c) {
@@ -79,7 +79,7 @@ void describe(DocumentVisitor& v, Curve& c) {
 void describe(DocumentVisitor& v, Picture& p) {
   v.member({"name"}, p.name);
   v.member({"caption"}, p.caption);
-  v.member({.name = "source", .presence = Presence::IfSet}, p.source);
+  v.member(if_set("source"), p.source);
 }
 
 void describe(DocumentVisitor& v, Section& s) {

@@ -155,9 +155,6 @@ Json unlit_json(const UnlitDocument& document) {
   return document_json(kUnlitDocument, described(written));
 }
 
-Json unlit_schema() {
-  UnlitDocument any;
-  return document_schema(kUnlitDocument, described(any));
-}
+Json unlit_schema() { return document_schema(kUnlitDocument, described<UnlitDocument>()); }
 
 }  // namespace patinate::capture

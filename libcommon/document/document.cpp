@@ -12,6 +12,8 @@ namespace patinate {
 
 namespace {
 
+constexpr std::size_t kMaxNamed = 10'000;  ///< Members of an object of any names; they are found one by one.
+
 class DocumentReader final : public DocumentVisitor {
  public:
   explicit DocumentReader(JsonReader root) { at_.push_back(std::move(root)); }
@@ -49,6 +51,12 @@ class DocumentReader final : public DocumentVisitor {
   void begin_element(std::size_t index) override { at_.push_back(std::move(lists_.back()[index])); }
   void end_element() override { at_.pop_back(); }
   void end_list() override { lists_.pop_back(); }
+  std::vector<std::string> begin_named(std::vector<std::string>) override {
+    std::vector<std::string> names = at_.back().keys();
+    if (names.size() > kMaxNamed) at_.back().fail("an object of at most " + std::to_string(kMaxNamed) + " members");
+    return names;
+  }
+  void begin_named_value(const std::string& name) override { at_.push_back(at_.back().member(name)); }
 
   void visit(const Member& m, double& value) override { value = at_.back().number(m.range); }
   void visit(const Member& m, std::int64_t& value) override { value = at_.back().integer(m.range); }
@@ -110,6 +118,11 @@ class DocumentWriter final : public DocumentVisitor {
   void begin_element(std::size_t index) override { at_.push_back(&(*at_.back())[index]); }
   void end_element() override { at_.pop_back(); }
   void end_list() override {}
+  std::vector<std::string> begin_named(std::vector<std::string> names) override {
+    *at_.back() = Json::object();
+    return names;
+  }
+  void begin_named_value(const std::string& name) override { at_.push_back(&(*at_.back())[name]); }
 
   void visit(const Member&, double& value) override { *at_.back() = number(value); }
   void visit(const Member&, std::int64_t& value) override { *at_.back() = value; }
@@ -167,7 +180,7 @@ class SchemaWriter final : public DocumentVisitor {
 
   std::size_t begin_list(const Member& m, std::size_t) override {
     Json& json = *at_.back();
-    json["type"] = "array";
+    json["type"] = json.value("type", Json()) == "null" ? Json::array({"array", "null"}) : Json("array");
     if (m.min_size > 0) json["minItems"] = m.min_size;
     json["maxItems"] = m.max_size;
     json["items"] = Json::object();
@@ -176,10 +189,17 @@ class SchemaWriter final : public DocumentVisitor {
   void begin_element(std::size_t) override { at_.push_back(&(*at_.back())["items"]); }
   void end_element() override { at_.pop_back(); }
   void end_list() override {}
+  std::vector<std::string> begin_named(std::vector<std::string>) override {
+    (*at_.back())["type"] = "object";
+    return {""};
+  }
+  void begin_named_value(const std::string&) override {
+    at_.push_back(&((*at_.back())["additionalProperties"] = Json::object()));
+  }
 
   void set_type(const Member& m, const char* type) {
     Json& json = *at_.back();
-    json["type"] = m.is_nullable || m.has_nulls ? Json::array({type, "null"}) : Json(type);
+    json["type"] = m.has_nulls || json.value("type", Json()) == "null" ? Json::array({type, "null"}) : Json(type);
   }
   static void set_range(const Range& range, Json& json) {
     if (std::isfinite(range.low)) json[range.is_low_open ? "exclusiveMinimum" : "minimum"] = number_json(range.low);

@@ -53,6 +53,17 @@ struct Member {
   std::size_t min_size = 0;          ///< Least size of a list.
   std::size_t max_size = 1'000'000;  ///< Largest size of a list.
 };
+/// Members with one thing beside name, help and range.
+[[nodiscard]] constexpr Member if_set(std::string_view name, std::string_view help = "", Range range = {}) {
+  return {.name = name, .help = help, .range = range, .presence = Presence::IfSet};
+}
+[[nodiscard]] constexpr Member or_null(std::string_view name, std::string_view help = "", Range range = {}) {
+  return {.name = name, .help = help, .range = range, .is_nullable = true};
+}
+
+/// Values by name, in their order: an object whose members are not known before.
+template <class T>
+using Named = std::vector<std::pair<std::string, T>>;
 
 /// Visits every member of a document, for reading, writing or describing it.
 class DocumentVisitor {
@@ -81,6 +92,14 @@ class DocumentVisitor {
   void choice(const Member& m, Enum& value, const std::array<std::string_view, N>& names) {
     if (!begin_member(m, true)) return;
     int index = static_cast<int>(value);
+    visit_choice(index, names);
+    value = static_cast<Enum>(index);
+    end_member();
+  }
+  template <class Enum, std::size_t N>
+  void choice(const Member& m, std::optional<Enum>& value, const std::array<std::string_view, N>& names) {
+    if (!begin_member(m, value.has_value())) return;
+    int index = value ? static_cast<int>(*value) : 0;
     visit_choice(index, names);
     value = static_cast<Enum>(index);
     end_member();
@@ -125,6 +144,9 @@ class DocumentVisitor {
   virtual void begin_element(std::size_t index) = 0;
   virtual void end_element() = 0;
   virtual void end_list() = 0;
+  /// The same of Named values. @param names  Of those there are. @returns of those to be visited.
+  [[nodiscard]] virtual std::vector<std::string> begin_named(std::vector<std::string> names) = 0;
+  virtual void begin_named_value(const std::string& name) = 0;
 
   virtual void visit(const Member& m, double& value) = 0;
   virtual void visit(const Member& m, std::int64_t& value) = 0;
@@ -142,6 +164,11 @@ class DocumentVisitor {
     auto wide = std::int64_t{value};
     visit(m, wide);
     value = static_cast<int>(wide);
+  }
+  void visit(const Member& m, std::size_t& value) {
+    auto wide = static_cast<std::int64_t>(value);
+    visit(m, wide);
+    value = static_cast<std::size_t>(wide);
   }
   template <std::size_t N>
   void visit(const Member& m, std::array<double, N>& values) {
@@ -170,6 +197,18 @@ class DocumentVisitor {
       end_element();
     }
     end_list();
+  }
+  template <class T>
+  void visit(const Member& m, Named<T>& values) {
+    std::vector<std::string> names;
+    for (const auto& value : values) names.push_back(value.first);
+    names = begin_named(std::move(names));
+    values.resize(names.size());
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      begin_named_value(values[i].first = names[i]);
+      visit(m, values[i].second);
+      end_element();
+    }
   }
   template <class T>
   requires std::is_class_v<T>
@@ -212,6 +251,14 @@ using DescribeDocument = std::function<void(DocumentVisitor&)>;
 template <class T>
 [[nodiscard]] DescribeDocument described(T& document) {
   return [&document](DocumentVisitor& v) { describe(v, document); };
+}
+/// Nothing is in it: for a schema.
+template <class T>
+[[nodiscard]] DescribeDocument described() {
+  return [](DocumentVisitor& v) {
+    T any{};
+    describe(v, any);
+  };
 }
 
 /// @throws IoError: FILE: POINTER: found X; expected Y; names members that nobody knows.

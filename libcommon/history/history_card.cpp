@@ -24,11 +24,10 @@ constexpr DocumentKind kCardDocument{
 
 void describe(DocumentVisitor& v, HistoryCard& card) {
   v.member({"title", "For people."}, card.title);
-  v.member({.name = "about", .help = "What is seen, in a sentence.", .presence = Presence::IfSet}, card.about);
+  v.member(if_set("about", "What is seen, in a sentence."), card.about);
   v.member({"license", "As SPDX names it: CC-BY-4.0."}, card.license);
   v.member({"attribution", "The line that results carry."}, card.attribution);
-  v.member({.name = "source", .help = "Where it comes from, and what was done to it.", .presence = Presence::IfSet},
-           card.source);
+  v.member(if_set("source", "Where it comes from, and what was done to it."), card.source);
 }
 
 std::optional<HistoryCard> read_history_card(const fs::path& folder) {
@@ -40,10 +39,7 @@ std::optional<HistoryCard> read_history_card(const fs::path& folder) {
   return card;
 }
 
-Json history_card_schema() {
-  HistoryCard any;
-  return document_schema(kCardDocument, described(any));
-}
+Json history_card_schema() { return document_schema(kCardDocument, described<HistoryCard>()); }
 
 std::string credit_text(const HistoryCard& card) { return card.attribution + " (" + card.license + ")"; }
 

@@ -28,7 +28,7 @@ void describe_images(DocumentVisitor& v, std::vector<HistoryImage>& images,
         std::find_if(images.begin(), images.end(), [&](const HistoryImage& m) { return m.name == names[i]; });
     std::optional<std::filesystem::path> file;
     if (found != images.end()) file = found->file;
-    v.member({.name = names[i], .help = helps[i], .presence = Presence::IfSet}, file);
+    v.member(if_set(names[i], helps[i]), file);
     if (v.is_reading() && file) images.push_back({std::string(names[i]), *file});
   }
 }
@@ -64,19 +64,13 @@ void describe(DocumentVisitor& v, HistoryFrame& f) {
        "In time_unit, between -1e18 and 1e18; later than the time before by 1e-12 at least, and by 1e-12 of the span."},
       f.time);
   v.member({"file", "Linear albedo, half RGB EXR."}, f.file);
-  v.member({.name = "mask",
-            .help = "8 bit; 0 where this frame's color is not the surface's (highlight, saturated, out of view).",
-            .presence = Presence::IfSet},
-           f.mask);
+  v.member(
+      if_set("mask", "8 bit; 0 where this frame's color is not the surface's (highlight, saturated, out of view)."),
+      f.mask);
   describe_images(v, f.extras, kFrameExtraNames, kFrameExtraHelps);
-  v.member({.name = "amounts",
-            .help = "Of a simulation: EXR, a channel for each material, named after it; 1 = a full layer.",
-            .presence = Presence::IfSet},
+  v.member(if_set("amounts", "Of a simulation: EXR, a channel for each material, named after it; 1 = a full layer."),
            f.amounts);
-  v.member({.name = "extrapolated",
-            .help = "Nobody saw it: a model continues from where the frames end.",
-            .presence = Presence::IfSet},
-           f.is_extrapolated);
+  v.member(if_set("extrapolated", "Nobody saw it: a model continues from where the frames end."), f.is_extrapolated);
 }
 
 void describe(DocumentVisitor& v, ControlParameter& c) {
@@ -89,11 +83,8 @@ void describe(DocumentVisitor& v, ControlParameter& c) {
            range);
   v.require("range", range[0] <= range[1], "[low, high] with low <= high");
   c.low = range[0], c.high = range[1];
-  v.member({.name = "unit", .help = "`relative` when only ratios mean something.", .presence = Presence::IfSet},
-           c.unit);
-  v.member({.name = "stddev",
-            .help = "Float EXR, channel Y: standard deviation of what `file` holds, in its units.",
-            .presence = Presence::IfSet},
+  v.member(if_set("unit", "`relative` when only ratios mean something."), c.unit);
+  v.member(if_set("stddev", "Float EXR, channel Y: standard deviation of what `file` holds, in its units."),
            c.deviation);
 }
 
@@ -108,14 +99,11 @@ void describe(DocumentVisitor& v, LibraryPart& p) {
 void describe(DocumentVisitor& v, HistoryWarning& w) {
   v.choice({"about", "What it is about."}, w.about, kWarningSubjectNames);
   v.member({"text", "What was found, with its figure."}, w.text);
-  v.member({.name = "cure", .help = "What helps.", .presence = Presence::IfSet}, w.cure);
+  v.member(if_set("cure", "What helps."), w.cure);
   double share = v.is_reading() ? w.share : std::round(1e4 * w.share) / 1e4;
   v.member({"share", "Roughly how much of the history it spoils.", between(0, 1)}, share);
   w.share = share;
-  v.member({.name = "photos",
-            .help = "Names of the photographs it speaks of, without folders.",
-            .presence = Presence::IfSet},
-           w.photos);
+  v.member(if_set("photos", "Names of the photographs it speaks of, without folders."), w.photos);
 }
 
 void describe(DocumentVisitor& v, SampleFact& s) {
@@ -157,10 +145,9 @@ void describe(DocumentVisitor& v, HistoryManifest& m) {
             .presence = Presence::IfSet,
             .max_size = kMaxLibraryParts},
            m.parts);
-  v.member({.name = "warnings",
-            .help = "What was found while it was made that may make it wrong, the worst first. Programs that use it "
-                    "repeat what concerns them.",
-            .presence = Presence::IfSet},
+  v.member(if_set("warnings",
+                  "What was found while it was made that may make it wrong, the worst first. Programs that use it "
+                  "repeat what concerns them."),
            m.warnings);
   v.member({.name = "sample",
             .help = "What reports say of the sample, as `capture.json` states it.",
@@ -256,9 +243,6 @@ void write_history_manifest(const std::filesystem::path& file, const HistoryMani
   save_json(file, document_json(kHistoryDocument, described(written)));
 }
 
-Json history_schema() {
-  HistoryManifest any;
-  return document_schema(kHistoryDocument, described(any));
-}
+Json history_schema() { return document_schema(kHistoryDocument, described<HistoryManifest>()); }
 
 }  // namespace patinate

@@ -141,7 +141,7 @@ void describe_mesh(DocumentVisitor& v, TransferManifest& m) {
   v.member({"file", "The mesh with the UVs that were used, in mm."}, m.mesh);
   v.member({"made_from", "Name of the file that was given.", {}, Presence::Optional}, m.made_from);
   v.member({"key", "Content key: of all that this was made from.", {}, Presence::Optional}, m.mesh_key);
-  v.member({.name = "unit", .help = "Unit of that file; null when nobody said.", .is_nullable = true}, m.unit);
+  v.member(or_null("unit", "Unit of that file; null when nobody said."), m.unit);
   v.member({"mm_per_mesh_unit", "mm", above(0)}, m.mm_per_mesh_unit);
 }
 
@@ -338,9 +338,6 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   return m;
 }
 
-Json transfer_schema() {
-  TransferManifest any;
-  return document_schema(kTransferDocument, described(any));
-}
+Json transfer_schema() { return document_schema(kTransferDocument, described<TransferManifest>()); }
 
 }  // namespace patinate::transfer

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "analysis/factorization/factorization_job.h"
+#include "analysis/factorization/factorization_document.h"
 #include "analysis/factorization/forecast.h"
 #include "analysis/factorization/temporal_curve.h"
 #include "libcommon/core/files.h"
@@ -296,7 +296,7 @@ TEST(FactorizationJob, WritesTheSameHistoryWithoutNoiseAndMarksWhatNobodySaw) {
       after,
       0.2 * before);  // Noise of 3 x 30 values, 8 numbers: a tenth of the squares; and frame 12 is no average one.
   const FactorizationManifest m = read_factorization(folder / "one");
-  EXPECT_EQ(m.num_extrapolated, 1);
+  EXPECT_EQ(m.num_extrapolated(), 1);
   EXPECT_EQ(m.models.size(), 1u);
 }
 

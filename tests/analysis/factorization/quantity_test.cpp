@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/factorization/factorization_job.h"
+#include "analysis/factorization/factorization_document.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "tests/analysis/factorization/factored_places.h"
@@ -87,8 +87,8 @@ TEST(FactorQuantity, OfRoughnessFindsItsClocksAndLeavesTheRestAsItIs) {
   for (std::size_t i = 0; i < known.size(); ++i)
     off.push_back(std::abs(static_cast<double>(rate.data()[i + 1]) / known[i].rate - 1.0));
   std::sort(off.begin(), off.end());
-  EXPECT_LT(off[off.size() * 95 / 100], 0.01);  // Same bound; one channel of 30 times where those have three of 48.
-  EXPECT_EQ(read_factorization(folder / "factors").num_frames, kFrames);
+  EXPECT_LT(off[off.size() * 95 / 100], 0.01);  // The same; one channel of 30 times where those have three of 48.
+  EXPECT_EQ(static_cast<int>(read_factorization(folder / "factors").frames.size()), kFrames);
 }
 
 TEST(FactorQuantity, WhatCannotBeTakenApartIsOneLine) {

@@ -65,8 +65,10 @@ struct Shown {
 /// Figures as a report lists them.
 Json listed(std::span<const Section> sections) {
   return object_json([&](DocumentVisitor& v) {
-    describe_listed_figures(v, sections);
-    describe_listed_curves(v, "curves", sections);
+    std::vector<ListedFigure> figures = listed_figures(sections);
+    v.member({"figures"}, figures);
+    std::vector<ListedCurve> curves = listed_curves(sections);
+    v.member({"curves"}, curves);
     describe_undefined_sections(v, sections);
   });
 }

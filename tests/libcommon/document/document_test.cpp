@@ -37,6 +37,7 @@ struct Thing {
   std::vector<std::pair<double, double>> pairs = {};
   std::optional<Part> best = {};
   std::string note = {};
+  Named<Part> named = {};
 };
 void describe(DocumentVisitor& v, Thing& t) {
   v.member({"count", "How many.", between(1, 9)}, t.count);
@@ -51,6 +52,7 @@ void describe(DocumentVisitor& v, Thing& t) {
   v.member({.name = "pairs", .presence = Presence::IfSet}, t.pairs);
   v.member({.name = "best", .presence = Presence::IfSet}, t.best);
   v.object({.name = "more", .presence = Presence::IfSet}, !t.note.empty(), [&] { v.member({"note"}, t.note); });
+  v.member({.name = "named", .presence = Presence::IfSet}, t.named);
 }
 
 constexpr DocumentKind kThing{.format = "patinate.thing", .version = 3, .title = "thing", .about = "A thing."};
@@ -66,7 +68,8 @@ Thing full_thing() {
           .values = {1.5, std::nullopt},
           .pairs = {{0, 1}},
           .best = Part{"c", 2.0},
-          .note = "seen"};
+          .note = "seen",
+          .named = {{"a/b", {"e", 1.0}}, {"a", {"f", std::nullopt}}}};
 }
 
 Json written(Thing thing) { return document_json(kThing, described(thing)); }
@@ -90,7 +93,8 @@ TEST(Document, IsWrittenInTheOrderOfItsDescription) {
       written(full_thing()).dump(),
       R"({"format":"patinate.thing","version":3,"count":2,"share":1.0,"new":true,"kind":"fancy","file":"a/b.png",)"
       R"("range":[-1.0,2.5],"parts":[{"name":"a","size":0.5},{"name":"b","size":null}],"values":[1.5,null],)"
-      R"("pairs":[[0.0,1.0]],"best":{"name":"c","size":2.0},"more":{"note":"seen"}})");
+      R"("pairs":[[0.0,1.0]],"best":{"name":"c","size":2.0},"more":{"note":"seen"},)"
+      R"("named":{"a/b":{"name":"e","size":1.0},"a":{"name":"f","size":null}}})");
   EXPECT_EQ(written({.file = "x"}).dump(),
             R"({"format":"patinate.thing","version":3,"count":1,"share":0.5,"kind":"plain","file":"x",)"
             R"("range":[0.0,1.0],"parts":[]})");
@@ -121,6 +125,7 @@ TEST(Document, ErrorsNameTheMemberAndWhatWasExpected) {
   EXPECT_NE(error_with("/parts/2", Json{{"name", "d"}, {"size", 1}}).find("/parts"), std::string::npos);
   EXPECT_NE(error_with("/parts/0/nam", 1).find("/parts/0"), std::string::npos);
   EXPECT_NE(error_with("/more/note", 1).find("/more/note"), std::string::npos);
+  EXPECT_EQ(error_with("/named/a/size", 0), ": /named/a/size: found 0; expected a number > 0");
   EXPECT_NE(error_with("/surplus", 1).find("surplus"), std::string::npos);
   EXPECT_NE(error_with("/version", 4).find("/version"), std::string::npos);
 }
@@ -142,6 +147,7 @@ TEST(Document, SchemaSaysWhatTheReaderChecks) {
   EXPECT_EQ(members["values"]["items"]["type"].dump(), R"(["number","null"])");
   EXPECT_EQ(members["best"]["type"], "object");
   EXPECT_EQ(members["more"]["properties"]["note"].dump(), R"({"type":"string"})");
+  EXPECT_EQ(members["named"]["additionalProperties"], members["best"]) << members["named"].dump();
 }
 
 TEST(Document, MissingMembersAreErrorsUnlessTheyAreOptional) {

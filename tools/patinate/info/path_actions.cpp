@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/explanation/explanation_report.h"
-#include "analysis/factorization/factorization_job.h"
+#include "analysis/factorization/factorization_document.h"
 #include "analysis/fit/fit_job.h"
 #include "app/request/failure.h"
 #include "app/request/path_kind.h"

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/explanation/explanation_report.h"
-#include "analysis/factorization/factorization_job.h"
+#include "analysis/factorization/factorization_document.h"
 #include "analysis/fit/fit_job.h"
 #include "analysis/report/analysis_documents.h"
 #include "app/request/path_kind.h"
@@ -152,12 +152,15 @@ Facts factorization_facts(const std::filesystem::path& path) {
             short_number_text(rounded(curve.low, 4)) + " to " + short_number_text(rounded(curve.high, 4)) + " " +
                 shown_time_unit(m.time_unit) + ", " +
                 (m.models.size() == 1 ? "one for all channels" : "red; others for green and blue"));
-  facts.add("frames", m.num_frames);
-  facts.add("extrapolated", m.num_extrapolated,
-            m.num_extrapolated == 0 ? "none" : std::to_string(m.num_extrapolated) + ", not observed");
-  for (const auto& [name, value] : m.figures) facts.add(name, value);
+  const std::int64_t extrapolated = m.num_extrapolated();
+  facts.add("frames", static_cast<std::int64_t>(m.frames.size()) - extrapolated);
+  facts.add("extrapolated", extrapolated, extrapolated == 0 ? "none" : std::to_string(extrapolated) + ", not observed");
+  for (const analysis::ListedFigure& listed : m.figures) {
+    const analysis::Figure& f = listed.figure;
+    facts.add(f.name, f.value ? short_number_text(rounded(*f.value, 4)) + " " + f.unit : "undefined: " + f.undefined);
+  }
   facts.add("history", m.history.string());
-  facts.add("key", m.key);
+  facts.add("key", m.origin_of_report.key);
   return facts;
 }
 

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <set>
 
+#include "analysis/report/analysis_documents.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/output/html_page.h"
@@ -34,27 +35,6 @@ std::string correlation_text(const ExplanationFigures& f) {
   return text;
 }
 
-Json figures_json(const ExplanationFigures& f) {
-  Json json{{"correlation", stated(f.correlation)}, {"low", nullptr}, {"high", nullptr}};
-  if (f.low && f.high) json["low"] = stated(*f.low), json["high"] = stated(*f.high);
-  json["p"] = stated(f.p);
-  json["explains"] = f.explains;
-  return json;
-}
-
-Json candidate_json(const ExplanationReport& report, const ExplainedCandidate& c) {
-  const auto made = std::find_if(report.controls.begin(), report.controls.end(),
-                                 [&](const MadeControl& m) { return m.name == c.name; });
-  Json json{
-      {"name", c.name}, {"unit", made->map.unit}, {"range", {made->map.low, made->map.high}}, {"even", c.is_even}};
-  if (c.is_even) return json;
-  json.update(figures_json(c.figures));
-  json["inverse"] = c.figures.correlation < 0.0;
-  json["shuffled"] = {stated(c.figures.shuffled_low), stated(c.figures.shuffled_high)};
-  json["corrected_p"] = stated(c.figures.corrected_p);
-  return json;
-}
-
 std::string control_argument(const ExplanationReport& report) {
   std::string text = "--control '" + report.found.mix.expression + "'";
   std::set<std::string> given;
@@ -66,19 +46,7 @@ std::string control_argument(const ExplanationReport& report) {
   return text;
 }
 
-Json mix_json(const ExplanationReport& report) {
-  const ExplainedMix& mix = report.found.mix;
-  Json members = Json::array();
-  for (const MixMember& m : mix.members)
-    members.push_back(
-        {{"name", report.controls[m.candidate].name}, {"inverse", m.is_inverse}, {"weight", stated(m.weight)}});
-  Json json{{"expression", mix.expression}, {"argument", control_argument(report)}, {"members", members}};
-  json.update(figures_json(mix.figures));
-  json["left_out_correlation"] = stated(mix.left_out_correlation);
-  return json;
-}
-
-/// Notes that a reader should know before believing it.
+/// What a reader should know before believing it.
 std::vector<std::string> notes_of(const ExplanationReport& report) {
   std::vector<std::string> notes = report.task.reference.notes;
   const Explanation& found = report.found;
@@ -255,60 +223,134 @@ std::string verdict_text(const Explanation& found) {
   return text;
 }
 
+namespace {
+
+constexpr DocumentKind kExplanationDocument{
+    .format = "patinate.explanation",
+    .title = "patinate explanation",
+    .about = "explanation.json of `patinate control explain`: the figures of the page beside it."};
+
+/// Numbers are stated().
+void describe_number(DocumentVisitor& v, const Member& m, double& value) {
+  value = stated(value);
+  v.member(m, value);
+}
+
+/// Of a candidate or a mix. @param presence  Of its members. @param p  What is said of p.
+void describe_figures(DocumentVisitor& v, ExplanationFigures& f, Presence presence, std::string_view p) {
+  const Range correlations = between(-1, 1);
+  describe_number(v, {"correlation", "Spearman's rank correlation.", correlations, presence}, f.correlation);
+  for (const auto& [name, value] : {std::pair("low", &f.low), {"high", &f.high}}) {
+    if (*value) *value = stated(**value);
+    v.member({name, "End of the 95 % interval; null where blocks are too few.", correlations, presence, true}, *value);
+  }
+  describe_number(v, {"p", p, between(0, 1), presence}, f.p);
+  v.member({.name = "explains", .help = "The corrected p is at most 0.05.", .presence = presence}, f.explains);
+}
+
+}  // namespace
+
+void describe(DocumentVisitor& v, ExplanationManifest::Candidate& c) {
+  ExplanationFigures& f = c.found.figures;
+  std::array<double, 2> range{c.low, c.high}, shuffled{stated(f.shuffled_low), stated(f.shuffled_high)};
+  v.member({"name", "As --control takes it."}, c.found.name);
+  v.member({"unit"}, c.unit);
+  v.member({"range", "What 0 and 1 stand for."}, range);
+  c.low = range[0], c.high = range[1];
+  v.member({"even", "The same everywhere: it explains nothing, and has no figures."}, c.found.is_even);
+  if (c.found.is_even && !v.wants_all()) return;
+  const Presence presence = v.wants_all() ? Presence::Optional : Presence::Required;
+  describe_figures(v, f, presence, "Share of shuffled references with as strong a correlation.");
+  bool is_inverse = f.correlation < 0.0;
+  v.member({.name = "inverse", .help = "Aged places are where it is low.", .presence = presence}, is_inverse);
+  v.member({"shuffled", "Middle 95 % of shuffled references.", between(-1, 1), presence}, shuffled);
+  f.shuffled_low = shuffled[0], f.shuffled_high = shuffled[1];
+  describe_number(v, {"corrected_p", "For the number of candidates (Holm).", between(0, 1), presence}, f.corrected_p);
+}
+
+void describe(DocumentVisitor& v, ExplanationManifest::Member& m) {
+  v.member({"name"}, m.name);
+  v.member({"inverse", "1 - value takes part."}, m.found.is_inverse);
+  describe_number(v, {"weight", "", between(0, 1)}, m.found.weight);
+}
+
+void describe(DocumentVisitor& v, ExplanationManifest::ListedMix& m) {
+  v.member({"expression", "As --control of transfer takes it."}, m.found.expression);
+  v.member({"argument", "The same with --control and the options that its kinds need."}, m.argument);
+  v.member({.name = "members", .min_size = 1, .max_size = 8}, m.members);
+  describe_figures(v, m.found.figures, Presence::Required,
+                   "Share of shuffled references that the same search explains as well.");
+  describe_number(v,
+                  {"left_out_correlation", "Of what mixes predict on eighths of the surface that they have not seen.",
+                   between(-1, 1)},
+                  m.found.left_out_correlation);
+}
+
+void describe(DocumentVisitor& v, ExplanationManifest& m) {
+  v.member({"reference", "Name of what was explained."}, m.reference);
+  v.member({"about", "Its channel, which end counts as aged, the mask, and how much of the surface is known."},
+           m.about);
+  v.member({"mesh", "Name of the mesh's file."}, m.mesh);
+  v.member({"verdict", "One or two sentences: what explains it, or that nothing does."}, m.verdict);
+  v.member({"notes", "What to know before believing it."}, m.notes);
+  v.member({"places", "Texels looked at, each for as much of the surface.", at_least(500)}, m.num_places);
+  describe_number(v, {"area_mm2", "", above(0)}, m.area_mm2);
+  v.member({"blocks", "Parts of the surface that intervals and shuffles stand on.", at_least(1)}, m.found.num_blocks);
+  describe_number(v, {"block_mm", "Side of a square of a block's mean area.", above(0)}, m.found.block_mm);
+  describe_number(
+      v,
+      {"range_mm", "Distance at which the reference's values no longer know of each other (correlation 0.1).",
+       at_least(0)},
+      m.found.range_mm);
+  v.member({.name = "candidates",
+            .help = "The strongest first; those that are the same everywhere last, without figures.",
+            .max_size = 1000},
+           m.candidates);
+  v.list({"skipped", "Kinds without a map."}, m.skipped, [&](std::pair<std::string, std::string>& s) {
+    v.member({"name"}, s.first);
+    v.member({"reason"}, s.second);
+  });
+  v.member(or_null("mix", "The best mix of few; null when every candidate is even."), m.mix);
+  describe_origin(v, m.origin);
+}
+
 void write_explanation(const fs::path& folder, const ExplanationReport& report, const RunControl& control) {
   const ExplanationTask& task = report.task;
   const Explanation& found = report.found;
   fs::create_directories(folder / kJobWorkFolder);
   write_page(folder, report, explanation_pictures(report, folder / kJobWorkFolder / "picture.png", control));
   write_table(folder / kExplanationTableFile, report);
-  Json candidates = Json::array(), skipped = Json::array(), options = Json::object();
-  for (const ExplainedCandidate& c : found.candidates) candidates.push_back(candidate_json(report, c));
-  for (const MadeControl& s : report.skipped) skipped.push_back({{"name", s.name}, {"reason", s.problem}});
-  for (const auto& [name, value] : option_values(task.options)) options[name] = value;
-  options["seed"] = std::to_string(task.seed);
-  save_json(folder / kExplanationFile, Json{{"format", "patinate.explanation"},
-                                            {"version", 1},
-                                            {"reference", task.reference.name},
-                                            {"about", task.reference.about},
-                                            {"mesh", task.mesh_name},
-                                            {"verdict", verdict_text(found)},
-                                            {"notes", notes_of(report)},
-                                            {"places", report.input.reference.size()},
-                                            {"area_mm2", stated(report.input.area_mm2)},
-                                            {"blocks", found.num_blocks},
-                                            {"block_mm", stated(found.block_mm)},
-                                            {"range_mm", stated(found.range_mm)},
-                                            {"candidates", candidates},
-                                            {"skipped", skipped},
-                                            {"mix", found.mix.members.empty() ? Json(nullptr) : mix_json(report)},
-                                            {"options", options},
-                                            {"command", task.command},
-                                            {"key", report.key}});
+  ExplanationManifest m{.reference = task.reference.name,
+                        .about = task.reference.about,
+                        .mesh = task.mesh_name,
+                        .verdict = verdict_text(found),
+                        .notes = notes_of(report),
+                        .num_places = report.input.reference.size(),
+                        .area_mm2 = report.input.area_mm2,
+                        .found = found,
+                        .candidates = {},
+                        .skipped = {},
+                        .mix = {},
+                        .origin = {with_seed(option_values(task.options), task.seed), task.command, report.key}};
+  for (const ExplainedCandidate& c : found.candidates) {
+    const auto made = std::find_if(report.controls.begin(), report.controls.end(),
+                                   [&](const MadeControl& known) { return known.name == c.name; });
+    m.candidates.push_back({c, made->map.unit, made->map.low, made->map.high});
+  }
+  for (const MadeControl& s : report.skipped) m.skipped.emplace_back(s.name, s.problem);
+  if (!found.mix.members.empty()) m.mix = ExplanationManifest::ListedMix{control_argument(report), {}, found.mix};
+  for (const MixMember& member : found.mix.members)
+    m.mix->members.push_back({report.controls[member.candidate].name, member});
+  save_json(folder / kExplanationFile, document_json(kExplanationDocument, described(m)));
   control.report(1.0);
 }
 
 ExplanationManifest read_explanation(const std::filesystem::path& path) {
-  const std::filesystem::path file = manifest_folder(path, kExplanationFile) / kExplanationFile;
-  const Json root = load_json(file);
-  JsonReader json(file.string(), root);
-  json.expect_format("patinate.explanation", 1);
   ExplanationManifest m;
-  m.reference = json.member("reference").string();
-  m.mesh = json.member("mesh").string();
-  m.verdict = json.member("verdict").string();
-  constexpr std::size_t kMaxCandidates = 1000;
-  for (JsonReader& c : json.member("candidates").elements(kMaxCandidates)) {
-    ExplanationManifest::Candidate candidate{.name = c.member("name").string(), .correlation = {}, .corrected_p = {}};
-    if (!c.member("even").boolean()) {
-      candidate.correlation = c.member("correlation").number(between(-1, 1));
-      candidate.corrected_p = c.member("corrected_p").number(between(0, 1));
-    }
-    m.candidates.push_back(std::move(candidate));
-  }
-  JsonReader mix = json.member("mix");
-  if (!mix.is_null()) m.mix = mix.member("argument").string();
-  m.key = json.member("key").string();
+  read_document(kExplanationDocument, manifest_folder(path, kExplanationFile) / kExplanationFile, described(m));
   return m;
 }
+
+Json explanation_schema() { return document_schema(kExplanationDocument, described<ExplanationManifest>()); }
 
 }  // namespace patinate::analysis

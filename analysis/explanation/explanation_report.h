@@ -37,17 +37,31 @@ struct ExplanationReport {
 /// "`height` explains it: ..." or that nothing does: one sentence.
 [[nodiscard]] std::string verdict_text(const Explanation& found);
 
-/// Content of explanation.json that others need.
+/// explanation.json.
 struct ExplanationManifest {
   struct Candidate {
-    std::string name;
-    std::optional<double> correlation;  ///< None where it is the same everywhere.
-    std::optional<double> corrected_p;
+    ExplainedCandidate found;
+    std::string unit;
+    double low = 0.0, high = 0.0;  ///< Values that 0 and 1 stand for.
   };
-  std::string reference, mesh, verdict;
-  std::vector<Candidate> candidates;  ///< The strongest first.
-  std::string mix;                    ///< Mix as `transfer` takes it; "" where there is none.
-  std::string key;
+  struct Member {
+    std::string name;
+    MixMember found;
+  };
+  struct ListedMix {
+    std::string argument;  ///< As `transfer` takes it.
+    std::vector<Member> members;
+    ExplainedMix found;
+  };
+  std::string reference, about, mesh, verdict;
+  std::vector<std::string> notes;
+  std::size_t num_places = 0;
+  double area_mm2 = 0.0;
+  Explanation found;                                         ///< Numbers of blocks alone.
+  std::vector<Candidate> candidates;                         ///< The strongest first.
+  std::vector<std::pair<std::string, std::string>> skipped;  ///< Kinds without a map, and why.
+  std::optional<ListedMix> mix;
+  ReportOrigin origin;
 };
 /// @param path  The folder or its kExplanationFile. @throws IoError
 [[nodiscard]] ExplanationManifest read_explanation(const std::filesystem::path& path);

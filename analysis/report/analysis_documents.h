@@ -10,6 +10,7 @@ namespace patinate::analysis {
 
 [[nodiscard]] Json compare_schema();
 [[nodiscard]] Json evaluation_schema();
+[[nodiscard]] Json explanation_schema();
 [[nodiscard]] Json factorization_schema();
 [[nodiscard]] Json field_schema();
 [[nodiscard]] Json grade_schema();

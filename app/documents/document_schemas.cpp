@@ -22,6 +22,7 @@ struct NamedSchema {
 constexpr std::array kSchemas{NamedSchema{"card", history_card_schema},
                               NamedSchema{"compare", analysis::compare_schema},
                               NamedSchema{"evaluation", analysis::evaluation_schema},
+                              NamedSchema{"explanation", analysis::explanation_schema},
                               NamedSchema{"factorization", analysis::factorization_schema},
                               NamedSchema{"field", analysis::field_schema},
                               NamedSchema{"grade", analysis::grade_schema},

@@ -192,21 +192,22 @@ Facts explanation_facts(const std::filesystem::path& path) {
   Json candidates = Json::array();
   std::string shown;
   for (const auto& c : m.candidates) {
-    Json entry{{"name", c.name}};
-    shown += "\n    " + c.name + ": ";
-    if (c.correlation) {
-      entry["correlation"] = *c.correlation;
-      entry["corrected_p"] = *c.corrected_p;
-      shown += short_number_text(rounded(*c.correlation, 2)) + ", corrected p " +
-               short_number_text(rounded(*c.corrected_p, 2));
+    Json entry{{"name", c.found.name}};
+    shown += "\n    " + c.found.name + ": ";
+    if (!c.found.is_even) {
+      const double correlation = c.found.figures.correlation, corrected_p = c.found.figures.corrected_p;
+      entry["correlation"] = correlation;
+      entry["corrected_p"] = corrected_p;
+      shown +=
+          short_number_text(rounded(correlation, 2)) + ", corrected p " + short_number_text(rounded(corrected_p, 2));
     } else {
       shown += "the same everywhere";
     }
     candidates.push_back(std::move(entry));
   }
   facts.add("candidates", candidates, shown);
-  facts.add("mix", m.mix);
-  facts.add("key", m.key);
+  facts.add("mix", m.mix ? m.mix->argument : "");
+  facts.add("key", m.origin.key);
   return facts;
 }
 

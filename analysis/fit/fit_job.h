@@ -3,6 +3,8 @@
 /// budget begins where a smaller ended.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -10,8 +12,10 @@
 #include <utility>
 #include <vector>
 
+#include "analysis/fit/determined.h"
 #include "analysis/fit/fit_objective.h"
 #include "analysis/fit/fit_parameter.h"
+#include "analysis/report/report_page.h"
 #include "libcommon/job/job_inputs.h"
 
 namespace patinate::analysis {
@@ -98,32 +102,74 @@ struct HeldOutCapture {
   std::string shown = {};                                          ///< "480 min", the time of the pictures.
 };
 
-/// Objectives of the frames after `until`, which no search saw.
-struct HeldOutFrames {
-  double until = 0.0;  ///< In the history's unit.
-  int num_times = 0;
-  std::optional<double> after;       ///< With the best values.
-  std::vector<double> other_seeds;   ///< The best values with other seeds, where there is an objective.
-  std::optional<double> last_frame;  ///< The history's last frame that was seen, held.
-  std::string time_unit = {};        ///< Unit of the history; "" where a fit of an earlier version does not say.
+/// How well the frames are foretold that no search saw: objectives of those frames alone.
+struct HeldOut {
+  double until = 0.0;  ///< In the history's unit: frames after it.
+  std::size_t num_times = 0;
+  std::optional<double> before = {}, after = {};        ///< With the starting and with the best values.
+  std::vector<std::optional<double>> other_seeds = {};  ///< The best values, another seed each.
+  std::optional<double> last_frame = {};      ///< The history's last frame that was seen, held: no model at all.
   std::vector<HeldOutCapture> captures = {};  ///< Each by itself; none where there are no pictures of one.
+  std::string time_unit = {};  ///< Of the histories: all have one; "" where a fit of an earlier version does not say.
 };
 
-/// Content of `report.json` of a finished folder that others need.
+/// A figure of the objective, and what became of it.
+struct FittedTerm {
+  std::string figure = {};
+  double weight = 1.0;
+  std::string unit = {};
+  std::optional<double> before = {}, after = {};
+};
+
+/// A parameter, and what was found of it.
+struct FittedNumber {
+  std::string pointer = {}, words = {}, unit = {}, capture = {};  ///< As in FitParameter.
+  double low = 0.0, high = 1.0;
+  FitScale scale = FitScale::Linear;
+  bool needs_aging = true;
+  double initial = 0.0, best = 0.0;
+  std::array<double, 2> interval = {};  ///< Values that the figures cannot tell from the best.
+  ParameterVerdict found = {};
+  std::string verdict = {};
+
+  /// As column_of() calls it.
+  [[nodiscard]] std::string name() const { return pointer + (capture.empty() ? "" : " (" + capture + ")"); }
+};
+
+/// One of several captures.
+struct FittedCapture {
+  std::string name = {}, history = {}, key = {};
+  std::optional<double> before = {}, after = {};
+};
+
+/// A figure of a comparison, and what became of it.
+struct FigureChange {
+  Figure before;
+  std::optional<double> after;
+  std::string capture = {};  ///< Whose, where there are several.
+};
+
+/// report.json.
 struct FitManifest {
-  std::string history, history_key, model;                     ///< For several captures: "open and shaded", all keys.
-  std::vector<std::pair<std::string, double>> terms;           ///< Figures of the objective with their weights.
-  std::vector<std::pair<std::string, std::string>> comparing;  ///< ObjectiveOptions but `until`, as text.
-  std::optional<HeldOutFrames> held_out;
-  std::vector<std::string> parameters, verdicts;  ///< Parameters and verdicts as column_of() calls them.
-  std::vector<std::string> words;                 ///< Names that the scene gives them: "rule patina: rate".
-  std::vector<std::string> units;                 ///< Units of the parameters; "" where one has none.
-  std::vector<double> initial, best;
-  double objective_before = 0.0, objective_after = 0.0;
-  int evaluations = 0;
+  std::string history, history_key, model;  ///< Of several captures: "open and shaded", all keys.
+  std::optional<double> objective_before;
+  double objective_after = 0.0;
+  std::vector<FittedTerm> terms;
+  std::vector<std::optional<double>> other_seeds;  ///< The best with other seeds.
+  std::vector<double> chances;                     ///< As FitOutcome has it, and so on.
+  double threshold = 0.0;
+  std::optional<HeldOut> held_out;
+  std::vector<FittedNumber> numbers;
+  std::vector<std::vector<double>> correlation;
+  std::string no_correlation;
+  int num_planned = 0, num_agings = 0, num_points = 0;
   bool is_converged = false;
-  std::size_t num_captures = 1;
-  std::string key;
+  std::optional<double> lately_gained;
+  std::vector<FigureChange> figures;
+  ReportOrigin origin;
+  std::vector<FittedCapture> captures;  ///< None where there is one.
+
+  [[nodiscard]] std::size_t num_captures() const { return std::max<std::size_t>(1, captures.size()); }
 };
 /// @throws IoError
 [[nodiscard]] FitManifest read_fit_manifest(const std::filesystem::path& path);

@@ -123,6 +123,7 @@ HeldOut held_out_of(FitWork& work, const FitOutcome& outcome, const std::vector<
                     const std::vector<Compared>& after, const RunControl& control) {
   HeldOut out;
   std::vector<std::optional<double>> start, best, last;
+  out.until = *work.task.objective.until;
   out.time_unit = time_unit_text(open_series(work.task.captures.front().history).series.facts().time_unit);
   for (std::size_t c = 0; c < before.size(); ++c) {
     const FitObjective& held_out = *work.ready(control).captures[c].held_out;

@@ -87,7 +87,7 @@ void add_comparison(HtmlPage& page, const std::string& of_whom, const Section& l
   page.picture({look_after.pictures.at(1).source, "simulated, after"});
   std::vector<std::vector<std::string>> rows;
   const auto cell = [](const std::optional<double>& v) { return v ? figure_text(*v) : "undefined"; };
-  for (const auto& [f, after] : changes)
+  for (const auto& [f, after, capture] : changes)
     rows.push_back({f.title, cell(f.value), cell(after), f.split ? figure_text(*f.split) : "", f.unit});
   page.table({"figure (A captured, B simulated)", "before", "after", "A split in two", "unit"}, rows);
   page.paragraph(

@@ -12,12 +12,6 @@
 
 namespace patinate::analysis {
 
-/// A figure of a comparison, and what became of it.
-struct FigureChange {
-  Figure before;
-  std::optional<double> after;
-};
-
 /// A verdict in plain words: "not determined: no figure changes anywhere in its range". @param index  Of the parameter.
 [[nodiscard]] std::string verdict_text(const FitTask& task, const FitOutcome& outcome, std::size_t index);
 

@@ -16,7 +16,8 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr double kLevel = 0.05;  ///< Significance.
+constexpr double kLevel = 0.05;
+constexpr std::string_view kUntilOption = "until";  ///< ObjectiveOptions::until.
 
 /// A mean of values that scatter, with the variance of it and the degrees of freedom behind that.
 struct Mean {
@@ -59,7 +60,17 @@ Estimate estimate(const Mean& mean, double level) {
   return e;
 }
 
-const HeldOutFrames& held_out(const RankedFit& fit) { return *fit.fit.held_out; }
+const HeldOut& held_out(const RankedFit& fit) { return *fit.fit.held_out; }
+
+bool is_same(const FittedTerm& a, const FittedTerm& b) { return a.figure == b.figure && a.weight == b.weight; }
+
+/// An option that was in force, nothing where it was not.
+std::optional<std::string> option_of(const RankedFit& fit, const std::string& name) {
+  for (const auto& [given, value] : fit.fit.origin.options) {
+    if (given == name) return value;
+  }
+  return std::nullopt;
+}
 
 void require_rankable(std::span<const RankedFit> fits) {
   if (fits.size() < 2) throw InvalidInput("two fits or more can be ranked");
@@ -67,17 +78,16 @@ void require_rankable(std::span<const RankedFit> fits) {
   for (const RankedFit& f : fits) {
     if (!f.fit.held_out)
       throw InvalidInput(f.name + ": its search saw all frames; `fit --until TIME` holds those after it out");
-    if (!held_out(f).after || held_out(f).other_seeds.empty())
+    if (!held_out(f).after || other_seeds(f).empty())
       throw InvalidInput(f.name + ": has no objective of its held-out frames" +
                          (held_out(f).after ? " with other seeds; `fit --seeds 8` tries eight" : ""));
-    if (f.fit.terms != first.fit.terms)
+    if (!std::equal(f.fit.terms.begin(), f.fit.terms.end(), first.fit.terms.begin(), first.fit.terms.end(), is_same))
       throw InvalidInput(f.name + ": has another objective than " + first.name + "; such figures cannot be ranked");
-    for (const auto& [name, value] : f.fit.comparing) {
-      for (const auto& [other_name, other] : first.fit.comparing) {
-        if (name == other_name && value != other)
-          throw InvalidInput(f.name + ": was compared with " + dashed(name) + " " + value + ", " + first.name +
-                             " with " + dashed(name) + " " + other);
-      }
+    for (const auto& [name, standard] : option_values(ObjectiveOptions{})) {
+      const std::optional<std::string> value = option_of(f, name), other = option_of(first, name);
+      if (name != kUntilOption && value && other && *value != *other)
+        throw InvalidInput(f.name + ": was compared with " + dashed(name) + " " + *value + ", " + first.name +
+                           " with " + dashed(name) + " " + *other);
     }
   }
 }
@@ -121,8 +131,8 @@ std::vector<RankedModel> grouped(std::span<const RankedFit> fits, const std::vec
 
 std::string unit_of(const FitManifest& fit) {
   std::set<std::string_view> units;
-  for (const auto& [figure, weight] : fit.terms) {
-    const auto at = std::find(kFitFigureNames.begin(), kFitFigureNames.end(), figure);
+  for (const FittedTerm& term : fit.terms) {
+    const auto at = std::find(kFitFigureNames.begin(), kFitFigureNames.end(), term.figure);
     units.insert(at == kFitFigureNames.end() ? "" : kFitFigureUnits[at - kFitFigureNames.begin()]);
   }
   return units.size() == 1 ? std::string(*units.begin()) : "";
@@ -133,6 +143,14 @@ std::string interval_text(const Estimate& e) {
 }
 
 }  // namespace
+
+std::vector<double> other_seeds(const RankedFit& fit) {
+  std::vector<double> defined;
+  for (const std::optional<double>& v : held_out(fit).other_seeds) {
+    if (v) defined.push_back(*v);
+  }
+  return defined;
+}
 
 std::string case_text(const RankingCase& c) { return c.history + " until " + until_text(c.until, c.time_unit); }
 
@@ -157,8 +175,7 @@ Ranking rank_fits(std::span<const RankedFit> fits) {
   std::map<std::string, Mean> means;
   for (RankedModel& model : ranking.models) {
     Mean mean;
-    for (const std::size_t i : model.fits)
-      mean = mean.plus(mean_over_seeds(held_out(fits[i]).other_seeds).times(share));
+    for (const std::size_t i : model.fits) mean = mean.plus(mean_over_seeds(other_seeds(fits[i])).times(share));
     means[model.name] = mean;
     model.held_out = estimate(mean, kLevel);
     if (is_last_known) model.beyond_last = estimate(mean.plus({.value = -*ranking.last_frame}), kLevel);

@@ -25,6 +25,9 @@ struct RankedFit {
   FitManifest fit = {};
 };
 
+/// Objectives of the frames held out by the best values with other seeds, where there are any.
+[[nodiscard]] std::vector<double> other_seeds(const RankedFit& fit);
+
 /// A history and the time up to which searches saw it.
 struct RankingCase {
   std::string history = {}, history_key = {};

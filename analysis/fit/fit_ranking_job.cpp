@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "analysis/fit/fit_ranking.h"
+#include "analysis/report/analysis_documents.h"
 #include "libcommon/core/csv.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
@@ -32,12 +33,6 @@ std::string cell(const Estimate& e) {
          (e.has_interval() ? " (" + figure_text(*e.low) + " to " + figure_text(*e.high) + ")" : "");
 }
 std::string cell(const std::optional<Estimate>& e) { return e ? cell(*e) : "-"; }
-Json number_json(const std::optional<double>& v) { return v ? Json(rounded(*v, 9) + 0.0) : Json(nullptr); }
-Json estimate_json(const std::optional<Estimate>& e) {
-  if (!e) return nullptr;
-  return Json{{"value", number_json(e->value)}, {"low", number_json(e->low)}, {"high", number_json(e->high)}};
-}
-
 fs::path folder_of(const RankingTask& task, std::size_t fit) { return manifest_folder(task.fits[fit], kFitReportFile); }
 
 /// Mean over the cases of what searches saw.
@@ -50,7 +45,7 @@ bool is_converged(const Ranked& all, const RankedModel& model) {
   return std::all_of(model.fits.begin(), model.fits.end(), [&](std::size_t i) { return all.fits[i].fit.is_converged; });
 }
 std::size_t num_numbers(std::span<const RankedFit> fits, const RankedModel& model) {
-  return fits[model.fits.front()].fit.parameters.size();
+  return fits[model.fits.front()].fit.numbers.size();
 }
 
 /// A capture's last held-out frame: captured, and by every model that shows one. @param k  The case.
@@ -61,7 +56,7 @@ std::vector<HtmlPicture> pictures_of(const Ranked& all, std::size_t k, std::size
     if (capture >= fit.held_out->captures.size()) continue;
     const HeldOutCapture& held_out = fit.held_out->captures[capture];
     const auto file = [&](const char* stem) {
-      return held_out_picture(folder_of(all.task, m.fits[k]), fit.num_captures, stem, capture);
+      return held_out_picture(folder_of(all.task, m.fits[k]), fit.num_captures(), stem, capture);
     };
     if (!fs::exists(file(kHeldOutSimulated))) continue;
     const std::string at = ", " + held_out.shown;
@@ -79,7 +74,7 @@ void add_pictures(HtmlPage& page, const Ranked& all) {
   bool is_first = true;
   for (std::size_t k = 0; k < r.cases.size(); ++k) {
     std::vector<std::vector<HtmlPicture>> rows;
-    for (std::size_t c = 0; c < all.fits[r.models.front().fits[k]].fit.num_captures; ++c) {
+    for (std::size_t c = 0; c < all.fits[r.models.front().fits[k]].fit.num_captures(); ++c) {
       if (std::vector<HtmlPicture> pictures = pictures_of(all, k, c); !pictures.empty())
         rows.push_back(std::move(pictures));
     }
@@ -109,8 +104,8 @@ void add_numbers(HtmlPage& page, const Ranked& all) {
   std::vector<std::string> names;
   for (const RankedModel& m : r.models) {
     for (const std::size_t i : m.fits) {
-      for (const std::string& name : all.fits[i].fit.words) {
-        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+      for (const FittedNumber& number : all.fits[i].fit.numbers) {
+        if (std::find(names.begin(), names.end(), number.words) == names.end()) names.push_back(number.words);
       }
     }
   }
@@ -120,14 +115,14 @@ void add_numbers(HtmlPage& page, const Ranked& all) {
     std::string number_cell = name;  // In the first of its rows alone.
     for (const RankedModel& m : r.models) {
       for (std::size_t k = 0; k < m.fits.size(); ++k) {
-        const FitManifest& fit = all.fits[m.fits[k]].fit;
-        const auto p =
-            static_cast<std::size_t>(std::find(fit.words.begin(), fit.words.end(), name) - fit.words.begin());
-        if (p == fit.words.size()) continue;
+        const std::vector<FittedNumber>& numbers = all.fits[m.fits[k]].fit.numbers;
+        const auto found =
+            std::find_if(numbers.begin(), numbers.end(), [&](const FittedNumber& n) { return n.words == name; });
+        if (found == numbers.end()) continue;
         std::vector<std::string>& row = rows.emplace_back();
-        row = {std::exchange(number_cell, ""), fit.units[p], m.name};
+        row = {std::exchange(number_cell, ""), found->unit, m.name};
         if (are_several) row.push_back(case_text(r.cases[k]));
-        row.insert(row.end(), {figure_text(fit.best[p]), fit.verdicts[p]});
+        row.insert(row.end(), {figure_text(found->best), found->verdict});
       }
     }
   }
@@ -182,7 +177,7 @@ void write_page(const fs::path& folder, const Ranked& all) {
   rows.clear();
   for (const RankedModel& m : r.models) {
     for (const std::size_t i : m.fits)
-      rows.push_back({all.fits[i].name, m.name, all.fits[i].fit.history, all.fits[i].fit.key});
+      rows.push_back({all.fits[i].name, m.name, all.fits[i].fit.history, all.fits[i].fit.origin.key});
   }
   page.heading("Fits");
   page.table({"fit", "model", "history", "key"}, rows);
@@ -224,47 +219,109 @@ std::vector<RankedFit> read_ranked_fits(const std::vector<fs::path>& fits, const
   return out;
 }
 
+namespace {
+
+/// Of nine significant digits.
+void describe_number(DocumentVisitor& v, const Member& m, std::optional<double> value) {
+  if (value) value = rounded(*value, 9) + 0.0;
+  v.member(m, value);
+}
+
+void describe_fit(DocumentVisitor& v, RankedFit& f) {
+  std::vector<double> seeds = other_seeds(f);
+  v.member({"name"}, f.name);
+  v.member({"key"}, f.fit.origin.key);
+  v.member({"history"}, f.fit.history);
+  v.member({"until"}, f.fit.held_out->until);
+  describe_number(v, {"seen", "", at_least(0)}, f.fit.objective_after);
+  describe_number(v, or_null("held_out", "With the fit's own seed."), f.fit.held_out->after);
+  v.member({.name = "other_seeds", .range = at_least(0), .min_size = 1}, seeds);
+  v.list({.name = "varied",
+          .help = "What the fit varied; another model may vary other numbers.",
+          .presence = Presence::Optional},
+         f.fit.numbers, [&](FittedNumber& n) {
+           std::string name = n.name();
+           v.member({"number", "JSON pointer into the scene, and the capture whose own it is."}, name);
+           v.member({"unit", "Empty where it has none."}, n.unit);
+           v.member({"best"}, n.best);
+           v.member({"verdict", "What the frames seen say of it."}, n.verdict);
+         });
+  v.member({"converged"}, f.fit.is_converged);
+}
+
+void describe_model(DocumentVisitor& v, RankedModel& m, std::span<const RankedFit> fits) {
+  std::size_t numbers = num_numbers(fits, m);
+  std::vector<RankedFit> its;
+  for (const std::size_t i : m.fits) its.push_back(fits[i]);
+  v.member({"model", "Name of the scene."}, m.name);
+  v.member({"numbers", "Varied by the search.", at_least(1)}, numbers);
+  describe_number(
+      v,
+      {"seen", "Objective of the frames that the search saw, with the best values; mean over the cases.", at_least(0)},
+      seen(fits, m));
+  v.member(
+      {"held_out",
+       "Objective of the frames that it did not see: mean over other seeds and cases, 95 % interval of that mean."},
+      m.held_out);
+  v.member(or_null("behind",
+                   "How much farther than the first model; null for the first. All of them hold together in 95 %."),
+           m.behind);
+  v.member(or_null("beyond_last_frame", "How much farther than the last frame seen, held."), m.beyond_last);
+  v.list({.name = "fits", .min_size = 1}, its, [&](RankedFit& f) { describe_fit(v, f); });
+}
+
+void describe_ranking(DocumentVisitor& v, Ranking ranking, std::span<const RankedFit> fits) {
+  std::vector<std::string> verdict = ranking_verdict(ranking, fits);
+  v.member({"unit", "Of the objective, where all of its figures have one; else empty."}, ranking.unit);
+  v.list({.name = "models", .help = "The nearest first.", .min_size = 1}, ranking.models,
+         [&](RankedModel& m) { describe_model(v, m, fits); });
+  v.list({.name = "cases", .help = "Histories, and the times up to which searches saw them.", .min_size = 1},
+         ranking.cases, [&](RankingCase& c) {
+           v.member({"history"}, c.history);
+           v.member({"key"}, c.history_key);
+           v.member({"until"}, c.until);
+           v.member({.name = "time_unit",
+                     .help = "Of `until`; empty where a fit of an earlier version does not say.",
+                     .presence = Presence::Optional},
+                    c.time_unit);
+           describe_number(v, or_null("last_frame", "Objective of the last frame seen, held."), c.last_frame);
+         });
+  describe_number(v, or_null("last_frame", "The same, mean over the cases."), ranking.last_frame);
+  v.member({.name = "verdict", .min_size = 1}, verdict);
+}
+
+constexpr DocumentKind kRankingDocument{
+    .format = "patinate.ranking",
+    .title = "patinate ranking of fits",
+    .about =
+        "report.json of `patinate fit rank`: which of several models foretells a history best, by frames that no "
+        "search saw."};
+
+void describe_document(DocumentVisitor& v, const Ranking& ranking, std::span<const RankedFit> fits, std::string command,
+                       std::string key) {
+  describe_ranking(v, ranking, fits);
+  v.member({"command", "What repeats the page, byte for byte."}, command);
+  v.member({"key", "Content key of the fits, their names and the version."}, key);
+}
+
+}  // namespace
+
+void describe(DocumentVisitor& v, Estimate& e) {
+  describe_number(v, {"value"}, e.value);
+  describe_number(v, or_null("low", "95 %."), e.low);
+  describe_number(v, or_null("high"), e.high);
+}
+
 Json ranking_json(const Ranking& ranking, std::span<const RankedFit> fits) {
-  Json models = Json::array(), cases = Json::array();
-  for (const RankedModel& m : ranking.models) {
-    Json cases_of = Json::array();
-    for (const std::size_t i : m.fits) {
-      const RankedFit& f = fits[i];
-      Json varied = Json::array();
-      for (std::size_t p = 0; p < f.fit.parameters.size(); ++p)
-        varied.push_back({{"number", f.fit.parameters[p]},
-                          {"unit", f.fit.units[p]},
-                          {"best", f.fit.best[p]},
-                          {"verdict", f.fit.verdicts[p]}});
-      cases_of.push_back({{"name", f.name},
-                          {"key", f.fit.key},
-                          {"history", f.fit.history},
-                          {"until", f.fit.held_out->until},
-                          {"seen", number_json(f.fit.objective_after)},
-                          {"held_out", number_json(f.fit.held_out->after)},
-                          {"other_seeds", f.fit.held_out->other_seeds},
-                          {"varied", varied},
-                          {"converged", f.fit.is_converged}});
-    }
-    models.push_back({{"model", m.name},
-                      {"numbers", num_numbers(fits, m)},
-                      {"seen", number_json(seen(fits, m))},
-                      {"held_out", estimate_json(m.held_out)},
-                      {"behind", estimate_json(m.behind)},
-                      {"beyond_last_frame", estimate_json(m.beyond_last)},
-                      {"fits", cases_of}});
-  }
-  for (const RankingCase& c : ranking.cases)
-    cases.push_back({{"history", c.history},
-                     {"key", c.history_key},
-                     {"until", c.until},
-                     {"time_unit", c.time_unit},
-                     {"last_frame", number_json(c.last_frame)}});
-  return Json{{"unit", ranking.unit},
-              {"models", models},
-              {"cases", cases},
-              {"last_frame", number_json(ranking.last_frame)},
-              {"verdict", ranking_verdict(ranking, fits)}};
+  return object_json([&](DocumentVisitor& v) { describe_ranking(v, ranking, fits); });
+}
+
+Json ranking_schema() {
+  std::vector<RankedFit> fits(1);
+  fits.front().fit.held_out.emplace();
+  fits.front().fit.numbers.emplace_back();
+  const Ranking ranking{.models = {{.fits = {0}}}};
+  return document_schema(kRankingDocument, [&](DocumentVisitor& v) { describe_document(v, ranking, fits, "", ""); });
 }
 
 JobPlan plan_ranking(RankingTask task, const fs::path& output) {
@@ -272,7 +329,7 @@ JobPlan plan_ranking(RankingTask task, const fs::path& output) {
   JobInputs inputs("rank", kRankingVersion);
   all->fits = read_ranked_fits(all->task.fits, all->task.names);
   for (std::size_t i = 0; i < all->fits.size(); ++i) {
-    inputs.add_content("fit", all->task.names[i], all->fits[i].fit.key);
+    inputs.add_content("fit", all->task.names[i], all->fits[i].fit.origin.key);
     inputs.add_value("fit " + std::to_string(i + 1), all->task.names[i]);
     // A fit of an earlier version has none.
     inputs.add_value("pictures " + std::to_string(i + 1),
@@ -283,9 +340,9 @@ JobPlan plan_ranking(RankingTask task, const fs::path& output) {
   plan.join = [all, key = plan.key](const fs::path& folder, const RunControl&) {
     write_page(folder, *all);
     write_atomically(folder / kRankingTableFile, table_csv(*all));
-    Json report = ranking_json(all->ranking, all->fits);
-    report.update({{"format", "patinate.ranking"}, {"version", 1}, {"command", all->task.command}, {"key", key}});
-    save_json(folder / kRankingReportFile, report);
+    save_json(folder / kRankingReportFile, document_json(kRankingDocument, [&](DocumentVisitor& v) {
+                describe_document(v, all->ranking, all->fits, all->task.command, key);
+              }));
   };
   return plan;
 }

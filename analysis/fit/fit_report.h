@@ -14,16 +14,6 @@
 
 namespace patinate::analysis {
 
-/// How well the frames are foretold that no search saw: objectives of those frames alone.
-struct HeldOut {
-  std::size_t num_times = 0;
-  std::optional<double> before, after;             ///< With the starting and with the best values.
-  std::vector<std::optional<double>> other_seeds;  ///< The best values, another seed each.
-  std::optional<double> last_frame;                ///< The history's last frame that was seen, held: no model at all.
-  std::vector<HeldOutCapture> captures;            ///< Each by itself.
-  std::string time_unit = {};                      ///< Time unit of the histories: all have one.
-};
-
 struct FitOutcome {
   std::vector<FitEvaluation> searched;  ///< In order; those that were skipped have no points.
   FitPoint initial, best;

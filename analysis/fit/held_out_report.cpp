@@ -2,19 +2,10 @@
 
 #include <algorithm>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "libcommon/core/text.h"
 
 namespace patinate::analysis {
-
-namespace {
-
-std::optional<double> read_misfit_or_null(const JsonReader& v) {
-  return v.is_null() ? std::nullopt : std::optional<double>(v.number(at_least(0)));
-}
-
-}  // namespace
 
 std::string until_text(double until, const std::string& time_unit) {
   return figure_text(until) + (time_unit.empty() ? "" : " " + time_unit);
@@ -51,54 +42,6 @@ void add_held_out(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   if (h.after && h.last_frame)
     page.paragraph(*h.after < *h.last_frame ? "The best values come nearer than the last frame does."
                                             : "The best values come no nearer than the last frame does.");
-}
-
-Json held_out_json(const FitTask& task, const FitOutcome& o) {
-  if (!o.held_out) return nullptr;
-  const HeldOut& h = *o.held_out;
-  Json seeds = Json::array();
-  for (const std::optional<double>& v : h.other_seeds) seeds.push_back(optional_json(v));
-  Json json{{"until", *task.objective.until},
-            {"unit", h.time_unit},
-            {"times", h.num_times},
-            {"before", optional_json(h.before)},
-            {"after", optional_json(h.after)},
-            {"other_seeds", seeds},
-            {"last_frame", optional_json(h.last_frame)}};
-  if (h.captures.size() == 1) json["shown"] = h.captures.front().shown;
-  for (const HeldOutCapture& c : h.captures) {
-    if (h.captures.size() == 1) break;
-    json["captures"].push_back({{"name", c.name},
-                                {"before", optional_json(c.before)},
-                                {"after", optional_json(c.after)},
-                                {"last_frame", optional_json(c.last_frame)},
-                                {"shown", c.shown}});
-  }
-  return json;
-}
-
-std::optional<HeldOutFrames> read_held_out(JsonReader json) {
-  if (json.is_null()) return std::nullopt;
-  HeldOutFrames frames{.until = json.member("until").number(),
-                       .num_times = static_cast<int>(json.member("times").integer(at_least(1))),
-                       .after = read_misfit_or_null(json.member("after")),
-                       .other_seeds = {},
-                       .last_frame = read_misfit_or_null(json.member("last_frame"))};
-  for (const JsonReader& seed : json.member("other_seeds").elements()) {
-    if (const std::optional<double> v = read_misfit_or_null(seed)) frames.other_seeds.push_back(*v);
-  }
-  // Fits of earlier versions lack the members below.
-  if (json.has("unit")) frames.time_unit = json.member("unit").string();
-  if (json.has("shown"))
-    frames.captures.push_back({.name = "", .after = frames.after, .shown = json.member("shown").string()});
-  if (json.has("captures")) {
-    for (JsonReader& c : json.member("captures").elements())
-      frames.captures.push_back({.name = c.member("name").string(),
-                                 .after = read_misfit_or_null(c.member("after")),
-                                 .last_frame = read_misfit_or_null(c.member("last_frame")),
-                                 .shown = c.member("shown").string()});
-  }
-  return frames;
 }
 
 }  // namespace patinate::analysis

@@ -13,7 +13,9 @@ namespace patinate::analysis {
 [[nodiscard]] Json explanation_schema();
 [[nodiscard]] Json factorization_schema();
 [[nodiscard]] Json field_schema();
+[[nodiscard]] Json fit_schema();
 [[nodiscard]] Json grade_schema();
+[[nodiscard]] Json ranking_schema();
 [[nodiscard]] Json replicates_schema();
 
 /// Reads such a file and checks that it holds what it should. @throws IoError

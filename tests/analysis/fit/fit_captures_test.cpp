@@ -245,9 +245,11 @@ TEST(FitCaptures, FramesAreHeldOutOfAllInOneUnitOfTime) {
   const FitManifest manifest = read_fit_manifest(folder.path() / "fit");
   ASSERT_TRUE(manifest.held_out);
   EXPECT_EQ(manifest.held_out->time_unit, "d");
-  EXPECT_EQ(manifest.held_out->num_times, 2 * 4);
+  EXPECT_EQ(manifest.held_out->num_times, 2u * 4u);
   EXPECT_EQ(manifest.held_out->other_seeds.size(), 2u);
-  EXPECT_EQ(manifest.parameters, (std::vector<std::string>{"/rate", "/strength (capture 1)", "/strength (capture 2)"}));
+  std::vector<std::string> names;
+  for (const FittedNumber& n : manifest.numbers) names.push_back(n.name());
+  EXPECT_EQ(names, (std::vector<std::string>{"/rate", "/strength (capture 1)", "/strength (capture 2)"}));
 }
 
 }  // namespace

@@ -16,10 +16,13 @@ RankedFit fit(const std::string& name, const std::string& model, std::vector<dou
   ranked.fit.history_key = "c0ffee";
   ranked.fit.model = model;
   ranked.fit.terms = {{"color_distribution", 1.0}};
-  ranked.fit.comparing = {{"clock", "absolute"}};
+  ranked.fit.origin.options = {{"clock", "absolute"}};
   ranked.fit.is_converged = true;
-  ranked.fit.held_out = HeldOutFrames{
-      .until = until, .num_times = 5, .after = seeds.front(), .other_seeds = std::move(seeds), .last_frame = 5.0};
+  ranked.fit.held_out = HeldOut{.until = until,
+                                .num_times = 5,
+                                .after = seeds.front(),
+                                .other_seeds = {seeds.begin(), seeds.end()},
+                                .last_frame = 5.0};
   return ranked;
 }
 
@@ -113,7 +116,7 @@ TEST(FitRanking, NamesWhatCannotBeRanked) {
   other.fit.terms = {{"covered", 1.0}};
   EXPECT_NE(problem_of({a, other}).find("b: has another objective than a"), std::string::npos);
   other = fit("b", "b", {3, 4});
-  other.fit.comparing = {{"clock", "span"}};
+  other.fit.origin.options = {{"clock", "span"}};
   EXPECT_NE(problem_of({a, other}).find("--clock span, a with --clock absolute"), std::string::npos);
   EXPECT_NE(problem_of({a, fit("b", "b", {3, 4}, 300.0)}).find("has no fit to copper until"), std::string::npos);
   EXPECT_NE(problem_of({a, fit("b", "a", {3, 4})}).find("b and a are both of a"), std::string::npos);

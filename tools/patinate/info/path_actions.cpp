@@ -131,7 +131,7 @@ void check_factorization(const std::filesystem::path& path, Checks& checks, cons
 
 void check_fit(const std::filesystem::path& path, Checks& checks, const RunControl& control) {
   const std::filesystem::path folder = manifest_folder(path, analysis::kFitReportFile);
-  const std::size_t n = analysis::read_fit_manifest(path).num_captures;
+  const std::size_t n = analysis::read_fit_manifest(path).num_captures();
   for (std::size_t c = 0; c < n; ++c) {
     const auto file = [&](const char* stem) { return folder / analysis::file_of_capture(n, stem, c); };
     checks.run([&] { (void)simulation::read_scene(file("scene").string() + ".json", control); });

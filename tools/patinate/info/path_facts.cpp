@@ -169,17 +169,18 @@ Facts fit_facts(const std::filesystem::path& path) {
   Facts facts("fit");
   facts.add("model", m.model);
   facts.add("history", m.history);
-  facts.add("objective", Json{m.objective_before, m.objective_after},
-            short_number_text(rounded(m.objective_before, 4)) + " before, " +
-                short_number_text(rounded(m.objective_after, 4)) + " after");
-  facts.add("evaluations", static_cast<std::int64_t>(m.evaluations));
+  const double before = m.objective_before.value_or(0.0);
+  facts.add("objective", Json{before, m.objective_after},
+            short_number_text(rounded(before, 4)) + " before, " + short_number_text(rounded(m.objective_after, 4)) +
+                " after");
+  facts.add("evaluations", static_cast<std::int64_t>(m.num_agings));
   facts.add("converged", m.is_converged, m.is_converged ? "yes" : "no");
-  for (std::size_t i = 0; i < m.parameters.size(); ++i) {
-    facts.add(m.parameters[i], Json{{"initial", m.initial[i]}, {"best", m.best[i]}, {"verdict", m.verdicts[i]}},
-              short_number_text(rounded(m.initial[i], 4)) + " -> " + short_number_text(rounded(m.best[i], 4)) + "; " +
-                  m.verdicts[i]);
+  for (const analysis::FittedNumber& n : m.numbers) {
+    facts.add(
+        n.name(), Json{{"initial", n.initial}, {"best", n.best}, {"verdict", n.verdict}},
+        short_number_text(rounded(n.initial, 4)) + " -> " + short_number_text(rounded(n.best, 4)) + "; " + n.verdict);
   }
-  facts.add("key", m.key);
+  facts.add("key", m.origin.key);
   return facts;
 }
 

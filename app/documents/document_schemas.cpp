@@ -9,6 +9,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_documents.h"
 #include "patinate/core/error.h"
+#include "simulation/job/simulation_job.h"
 #include "transfer/files/transfer_files.h"
 
 namespace patinate::app {
@@ -30,6 +31,7 @@ constexpr std::array kSchemas{NamedSchema{"card", history_card_schema},
                               NamedSchema{"history", history_schema},
                               NamedSchema{"ranking", analysis::ranking_schema},
                               NamedSchema{"replicates", analysis::replicates_schema},
+                              NamedSchema{"simulation", simulation::simulation_schema},
                               NamedSchema{"transfer", transfer::transfer_schema},
                               NamedSchema{"unlit", capture::unlit_schema}};
 

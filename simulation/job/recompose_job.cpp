@@ -145,7 +145,8 @@ void write_manifest(const RecomposeWork& work, Simulation& simulation, const fs:
                     const RunControl& control) {
   Json json = work.record;
   json["scene"] = (kSceneFolder / work.copy.name).generic_string();
-  json["scene_files"] = scene_files_json(folder, work.copy);
+  json["scene_files"] = Json::object();
+  for (const auto& [name, key] : scene_file_keys(folder, work.copy)) json["scene_files"][name] = key;
   json["color_form"] = kColorFormNames[static_cast<std::size_t>(work.options.color_form)];
   if (json.contains("outcome")) json["outcome"] = new_outcome(work, simulation, folder, control);
   json.erase("outside");

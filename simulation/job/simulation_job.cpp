@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
@@ -18,10 +17,7 @@
 #include "patinate/image/image_io.h"
 #include "simulation/files/scene_files.h"
 #include "simulation/job/frame_maps.h"
-#include "simulation/job/outcome_json.h"
 #include "simulation/job/simulation_output.h"
-#include "simulation/tracing/gammatons.h"
-#include "simulation/transport/ledger_json.h"
 
 namespace patinate::simulation {
 
@@ -140,11 +136,6 @@ JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begi
   return item;
 }
 
-Json counters_json(const TraceCounters& c) {
-  return {{"emitted", c.emitted}, {"absorbed", c.absorbed}, {"left", c.left},        {"rested", c.rested},
-          {"alive", c.alive},     {"segments", c.segments}, {"contacts", c.contacts}};
-}
-
 void write_simulated_history(const SimulationWork& work, const Simulation& simulation, const fs::path& folder,
                              const std::vector<ParameterControl>& controls) {
   HistoryWriter writer(folder / "history", history_manifest(work, simulation));
@@ -182,7 +173,7 @@ void join_simulated(SimulationWork& work, const fs::path& folder, const RunContr
   write_state_file(folder, simulation);
   control.report(0.4);
   write_composed_files(folder, file.name, simulation, work.key, control.part(0.4, 0.8));
-  Json controls_list = Json::array();
+  std::vector<SimulatedControl> listed;
   std::vector<ParameterControl> controls;
   fs::create_directories(folder / "controls");
   for (const std::string& name : file.controls) {
@@ -190,34 +181,28 @@ void join_simulated(SimulationWork& work, const fs::path& folder, const RunContr
     const ParameterControl& c = controls.back();
     const fs::path path = fs::path("controls") / (name + ".exr");
     write_scaled_exr(folder / path, c.values, {c.low, c.high, c.unit});
-    Json entry{{"name", name}, {"file", path.string()}, {"range", {c.low, c.high}}, {"unit", c.unit}};
-    for (const auto& [object, own] : write_object_controls(folder, simulation, c))
-      entry["objects"][object] = own.generic_string();
-    controls_list.push_back(std::move(entry));
+    listed.push_back({name, path, c.low, c.high, c.unit, write_object_controls(folder, simulation, c)});
   }
   write_simulated_history(work, simulation, folder, controls);
-  Json json{{"format", "patinate.simulation"},
-            {"version", 2},
-            {"name", file.name},
-            {"scene", (kSceneFolder / work.copy.name).generic_string()},
-            {"scene_files", scene_files_json(folder, work.copy)},
-            {"iterations", file.iterations},
-            {"time", file.frame_time(file.iterations)},
-            {"time_unit", time_unit_text(file.time_unit)},
-            {"resolution", file.scene.resolution},
-            {"seed", file.scene.seed},
-            {"texel_size_mm", simulation.texel_size_mm()},
-            {"objects", object_names(file.scene)},
-            {"materials", file.scene.materials},
-            {"color_form", kColorFormNames[static_cast<std::size_t>(work.options.color_form)]},
-            {"counters", counters_json(simulation.counters())},
-            {"ledger", ledger_json(simulation.ledger(), file.scene.materials)},
-            {"outcome", outcome_json(outcome_of(simulation, first_color(folder), quiet))},
-            {"atlas_hash", simulation.atlas().hash()},
-            {"controls", controls_list},
-            {"key", work.key}};
-  if (!work.copy.excluded.empty()) json["outside"] = work.copy.excluded;
-  save_json(folder / "simulation.json", json);
+  save_simulation_manifest(folder, {.name = file.name,
+                                    .scene = kSceneFolder / work.copy.name,
+                                    .scene_files = scene_file_keys(folder, work.copy),
+                                    .iterations = file.iterations,
+                                    .time = file.frame_time(file.iterations),
+                                    .time_unit = file.time_unit,
+                                    .resolution = file.scene.resolution,
+                                    .seed = file.scene.seed,
+                                    .texel_size_mm = simulation.texel_size_mm(),
+                                    .objects = object_names(file.scene),
+                                    .materials = file.scene.materials,
+                                    .color_form = work.options.color_form,
+                                    .counters = simulation.counters(),
+                                    .ledger = ledger_rows(simulation.ledger(), file.scene.materials),
+                                    .outcome = outcome_of(simulation, first_color(folder), quiet),
+                                    .atlas_hash = simulation.atlas().hash(),
+                                    .controls = listed,
+                                    .key = work.key,
+                                    .outside = work.copy.excluded});
   control.report(1.0);
 }
 
@@ -317,44 +302,6 @@ std::string changed_files(const SimulationManifest& manifest) {
 }
 
 }  // namespace
-
-SimulationManifest read_simulation_manifest(const fs::path& path) {
-  const fs::path folder = manifest_folder(path, "simulation.json");
-  if (!fs::is_directory(folder)) throw IoError(path.string(), "is no simulation folder");
-  const fs::path file = folder / "simulation.json";
-  Json root = load_json(file);
-  update_spelling(root, 1, {{"normalised", "normalized"}});
-  JsonReader json(file.string(), root);
-  json.expect_format("patinate.simulation", 2);
-  SimulationManifest m;
-  m.name = json.member("name").string();
-  m.scene = json.member("scene").path();
-  if (json.has("scene_files")) {
-    JsonReader files = json.member("scene_files");
-    for (const std::string& name : files.keys()) m.scene_files.emplace_back(name, files.member(name).string());
-  }
-  m.iterations = json.member("iterations").integer(at_least(0));
-  m.time = json.member("time").number(at_least(0));
-  m.time_unit = json.member("time_unit").string();
-  m.resolution = static_cast<int>(json.member("resolution").integer(between(16, 16384)));
-  for (const JsonReader& name : json.member("materials").elements(kMaxMaterials)) m.materials.push_back(name.string());
-  if (json.has("seed")) m.seed = static_cast<std::uint64_t>(json.member("seed").integer(at_least(0)));
-  m.color_form = static_cast<ColorForm>(json.member("color_form").choice(kColorFormNames));
-  for (JsonReader& c : json.member("controls").elements(100)) {
-    const JsonReader name = c.member("name");
-    m.controls.push_back(name.string());
-    if (!is_file_name(m.controls.back())) name.fail("a name of " + file_name_text());
-  }
-  m.key = json.member("key").string();
-  return m;
-}
-
-void SimulationManifest::apply_to(SceneFile& file) const {
-  file.scene.resolution = resolution;
-  if (seed) file.scene.seed = *seed;
-  file.iterations = iterations;
-  file.controls = controls;
-}
 
 std::string changed_inputs(const fs::path& path, const SceneFile& scene) {
   const fs::path folder = manifest_folder(path, "simulation.json");

@@ -12,6 +12,9 @@
 #include "libcommon/job/job.h"
 #include "patinate/simulation/engine.h"
 #include "patinate/simulation/scene_io.h"
+#include "simulation/job/outcome.h"
+#include "simulation/tracing/gammatons.h"
+#include "simulation/transport/ledger_json.h"
 
 namespace patinate::simulation {
 
@@ -37,30 +40,48 @@ struct SimulationState {
 [[nodiscard]] JobPlan plan_saved_simulation(SceneFile scene, const SimulationOptions& options, SimulationState state,
                                             const std::filesystem::path& output);
 
-/// Content of `simulation.json` of a finished folder.
+/// A parameter map of a finished folder.
+struct SimulatedControl {
+  std::string name;
+  std::filesystem::path file;  ///< From the folder.
+  double low = 0.0, high = 1.0;
+  std::string unit = {};
+  Named<std::filesystem::path> objects = {};  ///< Of several objects: on the UVs of each.
+};
+
+/// simulation.json.
 struct SimulationManifest {
   std::string name;
   std::filesystem::path
       scene;  ///< The scene file: the folder's own; in folders of earlier versions the one that the user gave.
-  std::vector<std::pair<std::string, std::string>> scene_files;  ///< Files of the folder's own scene, from its folder,
-                                                                 ///< and keys of their bytes; empty when it has none.
+  Named<std::string> scene_files;  ///< Files of the folder's own scene, from its folder, and keys of their bytes; empty
+                                   ///< when it has none.
   std::int64_t iterations = 0;
   double time = 0.0;
-  std::string time_unit;
-  std::vector<std::string> materials;
+  TimeUnit time_unit = TimeUnit::Seconds;
   int resolution = 0;
   std::optional<std::uint64_t> seed;  ///< That was used; folders of earlier versions do not say.
+  double texel_size_mm = 0.0;
+  std::vector<std::string> objects, materials;
   ColorForm color_form = ColorForm::Normalized;
-  std::vector<std::string> controls;
+  TraceCounters counters;
+  Named<LedgerRow> ledger;
+  std::vector<ObjectOutcome> outcome;  ///< Is not read.
+  std::string atlas_hash;
+  std::vector<SimulatedControl> controls;
   std::string key;
+  std::vector<std::string> outside;  ///< Files of the scene that stay where they are.
 
+  [[nodiscard]] std::vector<std::string> control_names() const;
   /// The scene as it was run: with what the command line said in place of the file.
   void apply_to(SceneFile& file) const;
 };
+void save_simulation_manifest(const std::filesystem::path& folder, SimulationManifest manifest);
 /// @param path  A simulation folder, or its simulation.json. @throws IoError
 [[nodiscard]] SimulationManifest read_simulation_manifest(const std::filesystem::path& path);
-/// Inputs of a finished folder that are not as they were ("scene.json", "urn/mesh.obj"), "" if all is; lengths of the
-/// run do not count. Of a folder that holds its scene, what of that is not as it was written.
+[[nodiscard]] Json simulation_schema();
+/// What of a finished folder's inputs is not as it was ("scene.json", "urn/mesh.obj"), "" if all is; lengths of the run
+/// do not count. Of a folder that holds its scene, what of that is not as it was written.
 /// @param path  The folder, or its simulation.json. @param scene  Its scene file, read again.
 [[nodiscard]] std::string changed_inputs(const std::filesystem::path& path, const SceneFile& scene);
 

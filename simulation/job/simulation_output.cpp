@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
@@ -63,11 +62,11 @@ double high_value(const ImageF& values, const ImageU8& coverage) {
 
 }  // namespace
 
-Json scene_files_json(const fs::path& folder, const SceneCopy& copy) {
-  Json files = Json::object();
-  files[copy.name.generic_string()] = hash_file(folder / kSceneFolder / copy.name);
-  for (const SceneCopy::File& file : copy.files) files[file.to.generic_string()] = file.key;
-  return files;
+std::vector<std::pair<std::string, std::string>> scene_file_keys(const fs::path& folder, const SceneCopy& copy) {
+  std::vector<std::pair<std::string, std::string>> keys{
+      {copy.name.generic_string(), hash_file(folder / kSceneFolder / copy.name)}};
+  for (const SceneCopy::File& file : copy.files) keys.emplace_back(file.to.generic_string(), file.key);
+  return keys;
 }
 
 void write_composed_files(const fs::path& folder, const std::string& name, Simulation& simulation,

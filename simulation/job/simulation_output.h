@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "patinate/core/json.h"
 #include "patinate/core/run_control.h"
 #include "patinate/simulation/engine.h"
 #include "patinate/simulation/scene_io.h"
@@ -18,7 +17,8 @@ namespace patinate::simulation {
 /// Part of a simulation folder: the scene as it was simulated.
 inline constexpr const char* kSceneFolder = "scene";
 /// Keys of the files of the scene that the folder holds, by their paths in it, which tell whether one has changed.
-[[nodiscard]] Json scene_files_json(const std::filesystem::path& folder, const SceneCopy& copy);
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> scene_file_keys(const std::filesystem::path& folder,
+                                                                               const SceneCopy& copy);
 
 /// color.png, specular.png, normal.png, height.exr (mm) and model.glb, as `simulation` is composed now.
 /// @throws CannotComplete

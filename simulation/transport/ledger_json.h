@@ -5,13 +5,21 @@
 #include <span>
 #include <string>
 
-#include "patinate/core/json.h"
+#include "libcommon/document/document.h"
 #include "patinate/simulation/ledger.h"
 
 namespace patinate::simulation {
 
-/// {MATERIAL: {"emitted", "made", "on_surfaces", "carried", "absorbed", "rested", "left", "used", "residual"}}, in
-/// amounts on texels of median size; residual = MassAccount::imbalance(), exactly 0 in a run that lost nothing.
+/// A MassAccount in amounts on texels of median size; residual = MassAccount::imbalance(), exactly 0 in a run that lost
+/// nothing.
+struct LedgerRow {
+  double emitted = 0.0, made = 0.0, on_surfaces = 0.0, carried = 0.0, absorbed = 0.0, rested = 0.0, left = 0.0,
+         used = 0.0, residual = 0.0;
+};
+void describe(DocumentVisitor& v, LedgerRow& row);
+/// By material.
+[[nodiscard]] Named<LedgerRow> ledger_rows(const MassLedger& ledger, std::span<const std::string> materials);
+/// The same as an object.
 [[nodiscard]] Json ledger_json(const MassLedger& ledger, std::span<const std::string> materials);
 
 }  // namespace patinate::simulation

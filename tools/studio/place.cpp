@@ -105,7 +105,7 @@ void describe(const fs::path& path, PlaceEntry& entry) {
       const simulation::SimulationManifest m = simulation::read_simulation_manifest(path);
       if (!m.name.empty()) entry.name = m.name;
       entry.detail = std::to_string(m.iterations) + " iterations, " + size_text(m.resolution, m.resolution) + ", 0-" +
-                     short_number_text(m.time) + " " + m.time_unit;
+                     short_number_text(m.time) + " " + time_unit_text(m.time_unit);
       break;
     }
     case PlaceKind::Scene:

@@ -108,7 +108,7 @@ void check_simulation(const std::filesystem::path& path, Checks& checks, const R
     checks.run([&] { (void)read_color(folder / name); });
   checks.run([&] { (void)read_gray(folder / "height.exr"); });
   checks.run([&] { (void)read_mesh(folder / "model.glb"); });
-  for (const std::string& name : m.controls)
+  for (const std::string& name : m.control_names())
     checks.run([&] { (void)read_gray(folder / "controls" / (name + ".exr")); });
   check_history(folder / "history", checks, control);
 }

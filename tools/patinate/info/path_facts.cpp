@@ -134,10 +134,10 @@ Facts simulation_facts(const std::filesystem::path& path) {
   facts.add("name", m.name);
   facts.add("scene", m.scene.string());
   facts.add("iterations", m.iterations);
-  facts.add("time", m.time, short_number_text(m.time) + " " + m.time_unit);
+  facts.add("time", m.time, short_number_text(m.time) + " " + time_unit_text(m.time_unit));
   facts.add("atlas", Json{m.resolution, m.resolution}, size_text(m.resolution, m.resolution));
   facts.add("materials", m.materials, joined_or_none(m.materials));
-  facts.add("controls", m.controls, joined_or_none(m.controls));
+  facts.add("controls", m.control_names(), joined_or_none(m.control_names()));
   facts.add("key", m.key);
   return facts;
 }

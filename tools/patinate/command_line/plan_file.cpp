@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/text.h"
+#include "libcommon/document/document.h"
 #include "libcommon/job/spread_job.h"
 #include "patinate/core/error.h"
 
@@ -10,41 +11,74 @@ namespace patinate::cli {
 
 namespace {
 
-constexpr const char* kFormat = "patinate.plan";
+constexpr const char* kProgram = "patinate " PATINATE_VERSION;
 constexpr std::size_t kMaxWords = 10000;
 constexpr std::size_t kMaxShown = 12;
 
-Json item_json(std::size_t number, const PlannedItem& item) {
-  Json outputs = Json::array();
+struct PlanDocument {
+  std::filesystem::path file;
+  std::string program = kProgram;
+  std::vector<std::string> command;
+  PlannedWork work;
+};
+
+constexpr DocumentKind kPlanDocument{
+    .format = "patinate.plan",
+    .title = "patinate plan",
+    .about =
+        "What `patinate cluster plan COMMAND ... --json` says and `patinate cluster run` and `join` read: a "
+        "command's work as items that can run anywhere."};
+
+/// A reader learns neither what it waits for nor its files.
+void describe_item(DocumentVisitor& v, PlannedItem& item, std::size_t number) {
+  std::vector<std::string> outputs;
   for (const std::filesystem::path& output : item.outputs) outputs.push_back(output.generic_string());
-  return {{"number", number},
-          {"name", item.name},
-          {"key", item.key},
-          {"outputs", outputs},
-          {"waits_for", item_ranges_text(item.waits_for)},
-          {"weight", item.weight},
-          {"inputs", item.inputs},
-          {"is_finished", item.is_finished}};
+  std::string waits_for = item_ranges_text(item.waits_for);
+  v.member({"number", "For --items.", at_least(0)}, number);
+  v.member({"name"}, item.name);
+  v.member({"key", "Of all that it depends on: an item with the same name and key is finished once and for all."},
+           item.key);
+  v.member({"outputs", "Files of the output that it makes; those under .job/work serve later items only."}, outputs);
+  v.member({"waits_for", "Numbers and ranges of items that have to be finished before: \"0-3, 7\"."}, waits_for);
+  v.member({"weight", "About the time that it takes, against the other items and the join.", above(0)}, item.weight);
+  v.member({"inputs", "Names of the plan's inputs that it reads; empty: it may read any."}, item.inputs);
+  v.member({"is_finished", "When the plan was made."}, item.is_finished);
+}
+
+void describe(DocumentVisitor& v, PlanDocument& d) {
+  v.member({"program", "Who made it; another version refuses it."}, d.program);
+  if (d.program != kProgram)
+    throw IoError(d.file.string(),
+                  "was made by " + d.program.substr(0, 40) + ", this is " + kProgram + "; make the plan again");
+  v.member({.name = "command",
+            .help = "The verb and its arguments, to be given where they were given.",
+            .min_size = 1,
+            .max_size = kMaxWords},
+           d.command);
+  std::string output = d.work.output.string();
+  v.member({"output", "What is made in the end."}, output);
+  v.member({"key", "Content key of all that the work depends on; it is refused when that has changed."}, d.work.key);
+  v.list({"inputs", "What the key is made of, as far as it is told."}, d.work.depends_on, [&](JobDependency& input) {
+    v.member({"name"}, input.name);
+    v.member({"key"}, input.key);
+  });
+  std::size_t next = 0;
+  v.list({"items"}, d.work.items, [&](PlannedItem& item) { describe_item(v, item, next++); });
+  v.object({.name = "join", .help = "null: items make files of the output themselves.", .is_nullable = true},
+           d.work.has_join, [&] {
+             v.member({"weight", "As the items'."}, d.work.join_weight);
+           });
+  v.member({"is_up_to_date", "When the plan was made."}, d.work.is_up_to_date);
 }
 
 }  // namespace
 
 Json plan_json(const std::vector<std::string>& command, const PlannedWork& work) {
-  Json inputs = Json::array(), items = Json::array();
-  for (const JobDependency& d : work.depends_on) inputs.push_back({{"name", d.name}, {"key", d.key}});
-  for (std::size_t i = 0; i < work.items.size(); ++i) items.push_back(item_json(i, work.items[i]));
-  Json json{{"format", kFormat},
-            {"version", 1},
-            {"program", "patinate " PATINATE_VERSION},
-            {"command", command},
-            {"output", work.output.string()},
-            {"key", work.key},
-            {"inputs", inputs},
-            {"items", items}};
-  json["join"] = work.has_join ? Json{{"weight", work.join_weight}} : Json(nullptr);
-  json["is_up_to_date"] = work.is_up_to_date;
-  return json;
+  PlanDocument document{.file = {}, .command = command, .work = work};
+  return document_json(kPlanDocument, described(document));
 }
+
+Json plan_schema() { return document_schema(kPlanDocument, described<PlanDocument>()); }
 
 std::string plan_text(const PlannedWork& work) {
   const std::vector<std::size_t> left = work.unfinished();
@@ -64,22 +98,9 @@ std::string plan_text(const PlannedWork& work) {
 }
 
 PlanFile read_plan_file(const std::filesystem::path& file) {
-  const Json root = load_json(file);
-  JsonReader json(file.string(), root);
-  json.expect_format(kFormat, 1);
-  const JsonReader program = json.member("program");
-  if (program.string() != "patinate " PATINATE_VERSION) {
-    throw IoError(file.string(), "was made by " + program.string().substr(0, 40) +
-                                     ", this is patinate " PATINATE_VERSION "; make the plan again");
-  }
-  PlanFile plan;
-  for (const JsonReader& word : json.member("command").elements(kMaxWords)) plan.command.push_back(word.string());
-  if (plan.command.empty()) json.member("command").fail("a verb and its arguments");
-  plan.identity.file = file;
-  plan.identity.key = json.member("key").string();
-  for (JsonReader& input : json.member("inputs").elements())
-    plan.identity.depends_on.push_back({input.member("name").string(), input.member("key").string()});
-  return plan;
+  PlanDocument read{.file = file, .command = {}, .work = {}};
+  read_document(kPlanDocument, file, described(read));
+  return {read.command, {file, read.work.key, read.work.depends_on}};
 }
 
 }  // namespace patinate::cli

@@ -1,5 +1,5 @@
 /// \file
-/// A plan as a file: a command, and its work as data (docs/schema/plan.schema.json).
+/// A plan as a file: a command, and its work as data.
 #pragma once
 
 #include <filesystem>
@@ -17,7 +17,8 @@ struct PlanFile {
 };
 
 [[nodiscard]] Json plan_json(const std::vector<std::string>& command, const PlannedWork& work);
-/// Text for people, several lines without an end of line.
+[[nodiscard]] Json plan_schema();
+/// The same for people, several lines without an end of line.
 [[nodiscard]] std::string plan_text(const PlannedWork& work);
 /// @throws IoError, also where another version of patinate made it.
 [[nodiscard]] PlanFile read_plan_file(const std::filesystem::path& file);

@@ -3,12 +3,12 @@
 #include <span>
 #include <string>
 
-#include "app/documents/document_schemas.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/argument.h"
 #include "tools/patinate/command_line/verbs.h"
 #include "tools/patinate/commands/commands.h"
+#include "tools/patinate/info/document_schemas.h"
 
 namespace patinate::cli {
 
@@ -154,7 +154,7 @@ int cmd_help(CommandRun& run) {
   run.line.flag("man", "The manual as a man page: `patinate help --man | man -l -`", man);
   run.line.flag("markdown", "The list of commands of docs/commands.md", markdown);
   run.line.option("schema", "KIND", "The JSON Schema of a kind of file that patinate writes", schema);
-  run.line.suggestions(app::schema_names());
+  run.line.suggestions(schema_names());
   run.line.without({"threads", "seed", "json", "quiet", "verbose", "force", "dry_run", "config"});
   run.line.example("help lookup");
   if (!run.parse()) return 0;
@@ -163,7 +163,7 @@ int cmd_help(CommandRun& run) {
   } else if (markdown) {
     run.print(manual_markdown(all_declarations()));
   } else if (!schema.empty()) {
-    run.print(app::schema_of(schema).dump(2) + "\n");
+    run.print(schema_of(schema).dump(2) + "\n");
   } else if (command.empty()) {
     run.print(overview());
   } else {

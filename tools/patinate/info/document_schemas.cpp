@@ -1,4 +1,4 @@
-#include "app/documents/document_schemas.h"
+#include "tools/patinate/info/document_schemas.h"
 
 #include <algorithm>
 #include <array>
@@ -10,9 +10,10 @@
 #include "libcommon/history/history_documents.h"
 #include "patinate/core/error.h"
 #include "simulation/job/simulation_job.h"
+#include "tools/patinate/command_line/plan_file.h"
 #include "transfer/files/transfer_files.h"
 
-namespace patinate::app {
+namespace patinate::cli {
 
 namespace {
 
@@ -29,6 +30,7 @@ constexpr std::array kSchemas{NamedSchema{"card", history_card_schema},
                               NamedSchema{"fit", analysis::fit_schema},
                               NamedSchema{"grade", analysis::grade_schema},
                               NamedSchema{"history", history_schema},
+                              NamedSchema{"plan", plan_schema},
                               NamedSchema{"ranking", analysis::ranking_schema},
                               NamedSchema{"replicates", analysis::replicates_schema},
                               NamedSchema{"simulation", simulation::simulation_schema},
@@ -52,4 +54,4 @@ Json schema_of(const std::string& name) {
   throw InvalidInput("schema: found `" + name + "`; expected " + list + did_you_mean(name, schema_names()));
 }
 
-}  // namespace patinate::app
+}  // namespace patinate::cli

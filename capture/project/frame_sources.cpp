@@ -263,18 +263,14 @@ CapturePhoto photo_of(const fs::path& file, const ImageInfo& info) {
           .height = info.height};
 }
 
-std::optional<Eigen::Matrix3d> transform_of_numbers(std::span<const double> n) {
+Eigen::Matrix3d read_transform(const JsonReader& json) {
+  const std::vector<double> n = json.numbers(9);
   Eigen::Matrix3d h;
   h << n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8];
-  constexpr double kLeast = 1e-9;
-  if (!(std::abs(h.determinant()) > kLeast) || !(std::abs(h(2, 2)) > kLeast)) return std::nullopt;
+  constexpr double kLeast = 1e-9;  // Least determinant of a given homography.
+  if (!(std::abs(h.determinant()) > kLeast) || !(std::abs(h(2, 2)) > kLeast))
+    json.fail("an invertible 3 x 3 matrix, row by row, from the photograph's pixels to the reference's");
   return h / h(2, 2);
-}
-
-Eigen::Matrix3d read_transform(const JsonReader& json) {
-  const std::optional<Eigen::Matrix3d> transform = transform_of_numbers(json.numbers(9));
-  if (!transform) json.fail(kTransformText);
-  return *transform;
 }
 
 FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -59,12 +58,7 @@ struct FrameSources {
 /// A photograph as its file has it; time, number and transform are not set.
 [[nodiscard]] CapturePhoto photo_of(const std::filesystem::path& file, const ImageInfo& info);
 
-/// Nine numbers, row by row: an invertible map between pixel centers; its lower right becomes 1. @returns nothing where
-/// they are none.
-[[nodiscard]] std::optional<Eigen::Matrix3d> transform_of_numbers(std::span<const double> numbers);
-inline constexpr const char* kTransformText =
-    "an invertible 3 x 3 matrix, row by row, from the photograph's pixels to the reference's";
-/// The same. @throws IoError
+/// Nine numbers, row by row: an invertible map between pixel centers; its lower right becomes 1. @throws IoError
 [[nodiscard]] Eigen::Matrix3d read_transform(const JsonReader& json);
 
 /// Reads `frames` and `exclude` of a project, opens every file, and finds the times that are not given. Images count

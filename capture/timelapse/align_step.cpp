@@ -33,7 +33,7 @@ Json numbers_json(const Eigen::Matrix3d& h) {
 
 std::string alignment_key(const IngestWork& work) {
   const CaptureProject& project = work.project;
-  if (work.known_alignment != nullptr) return work.known_alignment->key;
+  if (work.known_alignment != nullptr) return work.known_alignment->at("key").get<std::string>();
   ContentHash hash;
   hash.add("align photographs").add(kAlignVersion).add(align_method_text(project.align.method));
   hash.add(align_model_text(project.align.model)).add(std::int64_t{project.reference}).add(project.response.text());
@@ -64,38 +64,43 @@ double shown_share(const CaptureProject& project, const CapturePhoto& photo, con
   return static_cast<double>(num_shown) / (kSteps * kSteps);
 }
 
-PlacedPhoto placed_photo(const CaptureProject& project, const std::vector<std::string>& names, const PhotoPlace& place,
-                         std::size_t index) {
+Json place_json(const CaptureProject& project, const std::vector<std::string>& names, const PhotoPlace& place,
+                std::size_t index) {
   const CapturePhoto& photo = project.frames[index];
-  PlacedPhoto placed;
-  placed.photo = names[index];
-  placed.number = photo.number;
-  placed.time = photo.time;
-  placed.status = place_status_text(place.status);
-  placed.num_pairs = place.num_pairs;
-  if (place.status == PlaceStatus::Failed) return placed;
-  placed.reference_from_photo = place.reference_from_photo;
-  placed.model = align_model_text(place.model);
-  placed.residual_px = place.residual_px;
-  placed.pixels_per_reference_pixel = fineness(place.reference_from_photo, photo.width, photo.height);
-  placed.shown_share = shown_share(project, photo, place.reference_from_photo);
-  if (place.through >= 0) placed.through = names[place.through];
-  return placed;
+  Json json{{"photo", names[index]},
+            {"number", photo.number},
+            {"time", photo.time},
+            {"status", place_status_text(place.status)},
+            {"pairs", place.num_pairs}};
+  if (place.status == PlaceStatus::Failed) return json;
+  json["transform"] = numbers_json(place.reference_from_photo);
+  json["model"] = align_model_text(place.model);
+  json["residual_px"] = place.residual_px;
+  json["pixels_per_reference_pixel"] = fineness(place.reference_from_photo, photo.width, photo.height);
+  json["shown_share"] = shown_share(project, photo, place.reference_from_photo);
+  if (place.through >= 0) json["through"] = names[place.through];
+  return json;
 }
 
-Alignment alignment_of(const IngestWork& work, const SeriesAlignment& made) {
+Json alignment_json(const IngestWork& work, const SeriesAlignment& alignment) {
   const CaptureProject& project = work.project;
   const std::vector<std::string> names = photo_names(project.frames);
-  Alignment alignment{.key = alignment_key(work),
-                      .method = align_method_text(project.align.method),
-                      .reference = names[project.reference],
-                      .photos = {},
-                      .pairs = {}};
-  for (std::size_t i = 0; i < made.places.size(); ++i)
-    alignment.photos.push_back(placed_photo(project, names, made.places[i], i));
-  for (const PhotoPair& pair : made.pairs)
-    alignment.pairs.push_back({{names[pair.a], names[pair.b]}, pair.is_accepted, pair.num_matches, pair.num_agreeing});
-  return alignment;
+  Json json{{"format", "patinate.alignment"},
+            {"version", 1},
+            {"key", alignment_key(work)},
+            {"method", align_method_text(project.align.method)},
+            {"reference", names[project.reference]},
+            {"photos", Json::array()},
+            {"pairs", Json::array()}};
+  for (std::size_t i = 0; i < alignment.places.size(); ++i)
+    json["photos"].push_back(place_json(project, names, alignment.places[i], i));
+  for (const PhotoPair& pair : alignment.pairs) {
+    json["pairs"].push_back({{"photos", {names[pair.a], names[pair.b]}},
+                             {"accepted", pair.is_accepted},
+                             {"matches", pair.num_matches},
+                             {"agreeing", pair.num_agreeing}});
+  }
+  return json;
 }
 
 /// Not the one that was it and not one that failed; of the others the one that most pairs hold.
@@ -181,27 +186,28 @@ void leave_out(CaptureProject& project, int number) {
 void leave_out_failed(IngestWork& work, const fs::path& output) {
   if (!work.options.accept_failed || !needs_alignment(work)) return;
   const std::string key = alignment_key(work);
-  std::optional<Alignment> known;
+  Json json;
   std::error_code error;
-  if (fs::is_regular_file(output / kAlignmentFile, error)) known = read_alignment(output / kAlignmentFile);
-  if (!known || known->key != key) {
+  if (fs::is_regular_file(output / kAlignmentFile, error)) json = load_json(output / kAlignmentFile);
+  if (!json.is_object() || json.value("key", "") != key) {
     const SeriesAlignment alignment = align_series(photo_series(work, {}), {});
     const auto is_placed = [](const PhotoPlace& place) { return place.status != PlaceStatus::Failed; };
     if (std::count_if(alignment.places.begin(), alignment.places.end(), is_placed) < 2)
       check_all_placed(work, alignment.places);
-    known = alignment_of(work, alignment);
+    json = alignment_json(work, alignment);
   }
   CaptureProject& project = work.project;
   const int reference_number = project.frames[project.reference].number;
-  for (const PlacedPhoto& photo : known->photos) {
-    if (photo.reference_from_photo || !photo.number) continue;
-    project.excluded.push_back(*photo.number);
-    leave_out(project, *photo.number);
+  for (const Json& photo : json.at("photos")) {
+    if (photo.contains("transform")) continue;
+    const int number = photo.at("number").get<int>();
+    project.excluded.push_back(number);
+    leave_out(project, number);
   }
   std::sort(project.excluded.begin(), project.excluded.end());
   project.reference = 0;
   while (project.frames[project.reference].number != reference_number) ++project.reference;
-  work.known_alignment = std::make_shared<const Alignment>(std::move(*known));
+  work.known_alignment = std::make_shared<const Json>(std::move(json));
 }
 
 bool needs_alignment(const IngestWork& work) {
@@ -224,14 +230,14 @@ void add_alignment_item(std::vector<JobItem>& items, const std::shared_ptr<const
                    .run =
                        [work](const fs::path& folder, const RunControl& control) {
                          if (work->known_alignment != nullptr) {
-                           save_alignment(folder / kAlignmentFile, *work->known_alignment);
+                           save_json(folder / kAlignmentFile, *work->known_alignment);
                            control.report(1.0);
                            return;
                          }
                          const SeriesAlignment alignment =
                              align_series(photo_series(*work, control.part(0.0, 0.1)), control.part(0.1, 1.0));
                          check_all_placed(*work, alignment.places);
-                         save_alignment(folder / kAlignmentFile, alignment_of(*work, alignment));
+                         save_json(folder / kAlignmentFile, alignment_json(*work, alignment));
                        },
                    .key = alignment_key(*work),
                    .stage = 0,
@@ -278,9 +284,12 @@ Eigen::Matrix3d place_of(const IngestWork& work, int index, const fs::path& fold
   PlaceTable& table = *work.places;
   const std::lock_guard lock(table.mutex);
   if (!table.is_loaded) {
-    for (const PlacedPhoto& photo : read_alignment(folder / kAlignmentFile).photos) {
-      if (photo.reference_from_photo && photo.number)
-        table.reference_from_photo[*photo.number] = *photo.reference_from_photo;
+    const Json json = load_json(folder / kAlignmentFile);
+    JsonReader reader((folder / kAlignmentFile).string(), json);
+    for (JsonReader& photo : reader.member("photos").elements()) {
+      if (photo.has("transform"))
+        table.reference_from_photo[static_cast<int>(photo.member("number").integer())] =
+            read_transform(photo.member("transform"));
     }
     table.is_loaded = true;
   }

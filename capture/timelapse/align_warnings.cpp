@@ -27,12 +27,11 @@ struct Chosen {
   double worst = 0.0;
 };
 
-Chosen choose(const std::vector<PlacedPhoto>& photos, std::optional<double> PlacedPhoto::*member,
-              const std::function<bool(double)>& is_wrong, bool is_high_worse) {
+Chosen choose(const Json& photos, const char* member, const std::function<bool(double)>& is_wrong, bool is_high_worse) {
   std::vector<std::pair<double, std::string>> found;
-  for (const PlacedPhoto& photo : photos) {
-    if (const std::optional<double>& value = photo.*member; value && is_wrong(*value))
-      found.emplace_back(*value, photo.photo);
+  for (const Json& photo : photos) {
+    if (!photo.contains(member) || !is_wrong(photo.at(member).get<double>())) continue;
+    found.emplace_back(photo.at(member).get<double>(), photo.at("photo").get<std::string>());
   }
   std::stable_sort(found.begin(), found.end(),
                    [&](const auto& a, const auto& b) { return is_high_worse ? a.first > b.first : a.first < b.first; });
@@ -55,10 +54,10 @@ std::string text_of(const Chosen& chosen, std::size_t num_photos, const What& wh
 }
 
 /// Whether one of the named photographs was laid by a similarity, so that another view may fit better.
-bool is_any_similarity(const std::vector<PlacedPhoto>& photos, const std::vector<std::string>& names) {
-  return std::any_of(photos.begin(), photos.end(), [&](const PlacedPhoto& photo) {
-    return photo.model == align_model_text(AlignModel::Similarity) &&
-           std::find(names.begin(), names.end(), photo.photo) != names.end();
+bool is_any_similarity(const Json& photos, const std::vector<std::string>& names) {
+  return std::any_of(photos.begin(), photos.end(), [&](const Json& photo) {
+    return photo.value("model", "") == "similarity" &&
+           std::find(names.begin(), names.end(), photo.at("photo").get<std::string>()) != names.end();
   });
 }
 
@@ -67,13 +66,12 @@ bool is_any_similarity(const std::vector<PlacedPhoto>& photos, const std::vector
 std::vector<HistoryWarning> report_alignment(const IngestWork& work, const fs::path& folder) {
   std::vector<HistoryWarning> warnings;
   if (!needs_alignment(work)) return warnings;
-  const std::vector<PlacedPhoto> photos = read_alignment(folder / kAlignmentFile).photos;
+  const Json alignment = load_json(folder / kAlignmentFile);
+  const Json& photos = alignment.at("photos");
   if (fs::exists(folder / "survey.json")) {
-    const Json alignment = load_json(folder / kAlignmentFile);
     Json survey = load_json(folder / "survey.json");
-    survey["alignment"] = {{"reference", alignment.at("reference")},
-                           {"method", alignment.at("method")},
-                           {"photos", alignment.at("photos")}};
+    survey["alignment"] = {
+        {"reference", alignment.at("reference")}, {"method", alignment.at("method")}, {"photos", photos}};
     save_json(folder / "survey.json", survey);
   }
   const auto add = [&](WarningSubject about, const Chosen& chosen, const What& what, const std::string& value,
@@ -88,14 +86,14 @@ std::vector<HistoryWarning> report_alignment(const IngestWork& work, const fs::p
          .photos = chosen.names});
   };
   Chosen failed;
-  for (const PlacedPhoto& photo : photos) {
-    if (!photo.reference_from_photo) failed.names.push_back(photo.photo);
+  for (const Json& photo : photos) {
+    if (!photo.contains("transform")) failed.names.push_back(photo.at("photo").get<std::string>());
   }
   add(WarningSubject::Series, failed, {"cannot be aligned with the others", "cannot be aligned with the others"},
       "left out of the history",
       "mark points in them (`patinate studio`, or a table as `landmarks`), or give their `transform`", 1.0);
   const Chosen loose = choose(
-      photos, &PlacedPhoto::residual_px, [](double v) { return v > kMaxResidual_px; }, true);
+      photos, "residual_px", [](double v) { return v > kMaxResidual_px; }, true);
   const bool is_by_outline = work.project.align.method == AlignMethod::Outline;
   add(WarningSubject::Motion, loose, {"fits the others only roughly", "are aligned with the others only roughly"},
       std::string(is_by_outline ? "its outline disagrees by " : "its details disagree by ") + hundredths(loose.worst) +
@@ -108,13 +106,13 @@ std::vector<HistoryWarning> report_alignment(const IngestWork& work, const fs::p
                 kClicked + "; or a coarser photograph as `align_to`",
       0.5);
   const Chosen coarse = choose(
-      photos, &PlacedPhoto::pixels_per_reference_pixel, [](double v) { return v < kMinFineness; }, false);
+      photos, "pixels_per_reference_pixel", [](double v) { return v < kMinFineness; }, false);
   add(WarningSubject::Series, coarse,
       {"is much coarser than the reference photograph", "are much coarser than the reference photograph"},
       hundredths(coarse.worst) + " of its pixels for one of the reference's, so it is soft in the history",
       "a coarser photograph as `align_to`, or a `scale` of the history", 0.3);
   const Chosen little = choose(
-      photos, &PlacedPhoto::shown_share, [](double v) { return v < kMinShown; }, false);
+      photos, "shown_share", [](double v) { return v < kMinShown; }, false);
   add(WarningSubject::Mask, little,
       {"shows less than half of the reference photograph's frame",
        "show less than half of the reference photograph's frame"},

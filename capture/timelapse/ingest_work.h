@@ -23,7 +23,6 @@ struct RepairTables;
 struct PlaceTable;
 struct GainTable;
 struct ColorTable;
-struct Alignment;
 
 struct IngestWork {
   CaptureProject project;
@@ -31,14 +30,14 @@ struct IngestWork {
   std::vector<std::string> photo_keys;  ///< Content of every frame's photograph.
   std::string key;
   bool has_progress = false;
-  std::shared_ptr<RepairTables> repairs = nullptr;             ///< repair_steps.h; shared by the frames of one run.
-  std::shared_ptr<PlaceTable> places = nullptr;                ///< align_step.h; likewise.
-  std::shared_ptr<GainTable> gains = nullptr;                  ///< patch_step.h; likewise.
-  std::shared_ptr<ColorTable> colors = nullptr;                ///< chart_step.h; likewise.
-  std::shared_ptr<const Alignment> known_alignment = nullptr;  ///< leave_out_failed().
-  std::shared_ptr<const Mesh> scan_mesh = nullptr;             ///< load_scan(); in mm.
-  std::string scan_key = "";                                   ///< Its content.
-  std::vector<std::string> chart_photo_keys = {};              ///< Content of photographs of a chart alone.
+  std::shared_ptr<RepairTables> repairs = nullptr;        ///< repair_steps.h; shared by the frames of one run.
+  std::shared_ptr<PlaceTable> places = nullptr;           ///< align_step.h; likewise.
+  std::shared_ptr<GainTable> gains = nullptr;             ///< patch_step.h; likewise.
+  std::shared_ptr<ColorTable> colors = nullptr;           ///< chart_step.h; likewise.
+  std::shared_ptr<const Json> known_alignment = nullptr;  ///< leave_out_failed().
+  std::shared_ptr<const Mesh> scan_mesh = nullptr;        ///< load_scan(); in mm.
+  std::string scan_key = "";                              ///< Its content.
+  std::vector<std::string> chart_photo_keys = {};         ///< Content of photographs of a chart alone.
 
   /// The history without frames and controls.
   [[nodiscard]] HistoryManifest manifest() const;

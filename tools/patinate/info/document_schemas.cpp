@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/report/analysis_documents.h"
-#include "capture/project/given_transforms.h"
 #include "capture/unlighting/unlit_document.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_documents.h"
@@ -22,8 +21,7 @@ struct NamedSchema {
   const char* name;
   Json (*make)();
 };
-constexpr std::array kSchemas{NamedSchema{"alignment", capture::alignment_schema},
-                              NamedSchema{"card", history_card_schema},
+constexpr std::array kSchemas{NamedSchema{"card", history_card_schema},
                               NamedSchema{"compare", analysis::compare_schema},
                               NamedSchema{"evaluation", analysis::evaluation_schema},
                               NamedSchema{"explanation", analysis::explanation_schema},

@@ -34,8 +34,10 @@ ReopenedSimulation reopen_simulation(const std::filesystem::path& path, std::sha
   const std::int64_t iterations = file.iterations;
   manifest.apply_to(file);
   file.iterations = iterations;  // Of the whole run.
+  std::vector<std::string> maps;
+  for (const SimulatedControl& control_map : manifest.controls) maps.push_back(control_map.name);
   SimulationOptions options{
-      .parameter_maps = manifest.controls, .color_form = manifest.color_form, .device = std::move(device)};
+      .parameter_maps = std::move(maps), .color_form = manifest.color_form, .device = std::move(device)};
   Simulation simulation(file.scene, options, control.part(0.4, 0.9));
   if (!read_state_file(folder, simulation))
     throw IoError(path.string(), "holds no state.bin, from which it would go on; `simulate` and save() write one");

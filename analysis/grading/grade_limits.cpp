@@ -122,6 +122,7 @@ std::vector<LimitResult> check_limits(const std::vector<GradeLimit>& limits, con
       LimitResult result{.limit = limit, .region = region.name};
       const std::optional<GradedFigure> found = value_at(limit, region, surface, rules);
       if (!found) {
+        result.state = LimitState::NotTested;
         result.found = "not known at that time";
       } else {
         const auto keeps = [&](double value) { return limit.is_at_most ? value <= limit.value : value >= limit.value; };

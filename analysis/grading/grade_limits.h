@@ -26,8 +26,13 @@ struct GradeLimit {
   double time = 0.0;  ///< In the history's unit.
 };
 
-enum class LimitState { Pass, Fail, Undecided };
-inline constexpr std::array<std::string_view, 3> kLimitStateNames{"pass", "fail", "undecided"};
+enum class LimitState {
+  Pass,
+  Fail,
+  Undecided,  ///< The interval holds the limit.
+  NotTested   ///< The figure is not known at that time.
+};
+inline constexpr std::array<std::string_view, 4> kLimitStateNames{"pass", "fail", "undecided", "not tested"};
 
 struct LimitResult {
   GradeLimit limit;
@@ -39,7 +44,7 @@ struct LimitResult {
 /// Blank lines and what follows `#` are passed over. @throws IoError naming the line, with a did-you-mean.
 [[nodiscard]] std::vector<GradeLimit> read_grade_limits(const std::filesystem::path& file, const GradeRules& rules,
                                                         TimeUnit unit);
-/// For every region, in the order of the limits. Undecided where the interval holds the limit, or nothing is known.
+/// For every region, in the order of the limits.
 [[nodiscard]] std::vector<LimitResult> check_limits(const std::vector<GradeLimit>& limits, const GradedSurface& surface,
                                                     const GradeRules& rules);
 

@@ -231,6 +231,10 @@ GradedSurface grade_surface(const TextureSeries& series, GradeRequest request, c
   out.scribe = scribe;
   if (scribe && !request.scribe.given)
     out.notes.push_back("the scribe was found: " + scribe_text(*scribe) + " (its ends and width in mm)");
+  if (!request.scribe.is_wanted && out.pixel_mm && out.times.size() > 1 && find_scribe(before, mask, *out.pixel_mm))
+    out.notes.emplace_back(
+        "the unexposed photograph shows a straight scratch, whose rust counts as that of the surface; --scribe auto "
+        "measures creep from it");
   const bool has_unexposed = out.times.size() > 1;
   if (has_unexposed) out.unexposed_time = out.times[unexposed];
   if (!has_unexposed)

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <string>
+#include <utility>
 
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
@@ -14,6 +16,13 @@ namespace {
 /// Of damage that does not heal.
 constexpr std::array<std::string_view, 4> kHealsNever{"rusted_percent", "creep_mm", "creep_max_mm", "flaked_percent"};
 constexpr int kForecastSteps = 24;
+
+/// What a figure can be: areas end at the whole surface, and only differences of L*, a*, b* have a sign.
+std::pair<double, double> possible_range(std::string_view figure) {
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  const bool has_sign = figure == "delta_l" || figure == "delta_a" || figure == "delta_b";
+  return {has_sign ? -kAny : 0.0, figure.ends_with("_percent") ? 100.0 : kAny};
+}
 
 /// Of one figure in all regions that have it at all times.
 void add_forecast(std::string_view figure, GradedSurface& surface) {
@@ -30,6 +39,7 @@ void add_forecast(std::string_view figure, GradedSurface& surface) {
   }
   if (series.empty()) return;
   const bool never_falls = std::find(kHealsNever.begin(), kHealsNever.end(), figure) != kHealsNever.end();
+  const std::pair<double, double> range = possible_range(figure);
   const std::optional<GrowthForecast> made =
       forecast_growth(surface.times, series, surface.forecast_times, never_falls);
   if (!made) return;
@@ -39,6 +49,7 @@ void add_forecast(std::string_view figure, GradedSurface& surface) {
     for (GradedFigure& f : forecast.values) {  // What is measured now is not certain either.
       f.low -= last.value - last.low;
       f.high += last.high - last.value;
+      for (double* end : {&f.value, &f.low, &f.high}) *end = std::clamp(*end, range.first, range.second);
     }
     regions[r]->forecasts.push_back(std::move(forecast));
   }

@@ -111,6 +111,9 @@ class Grade(CommandCase):
         for g in states.values():
             if g["state"] == "forecast":
                 self.assertGreater(g["time"], 480)
+        for f in region["forecasts"]:
+            if f["figure"] not in ("delta_l", "delta_a", "delta_b"):
+                self.assertGreaterEqual(min(t["low"] for t in f["times"]), 0, f["figure"])
         self.assertIn("Forecast at 800", (self.folder / "report/report.html").read_text())
         self.fails(INPUT, "is not after the last photograph", "grade", self.panel, "--edge-mm", "2", "--forecast", "300", "-o", "out")
 
@@ -129,6 +132,12 @@ class Grade(CommandCase):
         self.assertEqual([r["name"] for r in report["regions"]], ["left", "right"])
         self.assertEqual([l["state"] for l in report["limits"] if l["limit"].startswith("Ri")], ["pass", "pass"])
         self.assertIn("fail", [l["state"] for l in report["limits"]])
+        # What no photograph shows is no pass.
+        (self.folder / "limits.txt").write_text("Ri <= 5 at 24000 h\n")
+        run = self.run_patinate("grade", self.panel, "--edge-mm", "2", "--limits", "limits.txt", "-o", "late")
+        self.assertEqual(run.returncode, 1, run.stderr)
+        self.assertIn("not tested", run.stderr)
+        self.assertIn("--scribe auto", run.stderr)  # The panel has a scribe that nobody named.
 
     def test_bad_input_is_one_line(self):
         panel = self.panel

@@ -103,7 +103,7 @@ int cmd_grade(CommandRun& run) {
   bool has_failed = false;
   for (const Json& limit : report.at("limits")) {
     const auto state = limit.at("state").get<std::string>();
-    has_failed = has_failed || state == "fail";
+    has_failed = has_failed || state == "fail" || state == "not tested";
     run.note(limit.at("region").get<std::string>() + ": " + limit.at("limit").get<std::string>() + ": " + state + ", " +
              limit.at("found").get<std::string>());
   }

@@ -540,7 +540,12 @@ test("the brush carries any material, as much as is asked for, and an eraser tak
     await until(page, () => window.patinate.status().painting === false);
   };
   const none = await moss(), at = await iteration();
-  await page.keyboard.press("p");
+  // By its button: a focused field would take the key, and the mode may still be on.
+  const mode = page.locator("button[aria-pressed]", { hasText: /^Paint/ }).first();
+  const set_mode = async (is_on) => {
+    if ((await mode.getAttribute("aria-pressed")) !== String(is_on)) await mode.click();
+  };
+  await set_mode(true);
   await stroke();
   const laid = await moss();
   assert.ok(laid > none, `${laid} of moss`);
@@ -554,7 +559,7 @@ test("the brush carries any material, as much as is asked for, and an eraser tak
   await page.keyboard.press("Control+z");
   await until(page, (amount) => Math.abs(window.patinate.status().ledger.moss.on_surfaces / amount - 1) < 1e-6, laid);
   await painting.getByRole("radio", { name: "Paint" }).click();
-  await page.keyboard.press("p");
+  await set_mode(false);
   await same_planes();
 });
 

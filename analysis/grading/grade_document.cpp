@@ -35,7 +35,8 @@ struct NamedFigure {
 void describe(DocumentVisitor& v, NamedFigure& f) {
   v.member({"name", "As in the limits file."}, f.name);
   v.member({"value"}, f.value);
-  v.member({"low", "The truth lies between low and high in about 95 of 100 cases."}, f.low);
+  v.member({"low", "In about 90 of 100 cases the truth lies between low and high; equal ends: no interval is known."},
+           f.low);
   v.member({"high"}, f.high);
 }
 struct GradedTime {

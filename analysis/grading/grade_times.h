@@ -23,7 +23,7 @@ enum class Reached {
 inline constexpr std::array<std::string_view, 5> kReachedNames{"reached", "not reached", "before the first photograph",
                                                                "not resolved", "forecast"};
 
-/// A grade's time. `earliest` and `latest` hold it in about 95 of 100 cases; what is missing is not known.
+/// A grade's time. `earliest` and `latest` hold it in about 90 of 100 cases; what is missing is not known.
 struct GradeTime {
   std::size_t grade = 0;  ///< Index into the scale's.
   Reached state = Reached::NotReached;

@@ -18,7 +18,7 @@ inline constexpr std::array<std::string_view, 17> kGradedFigureNames{
 /// Where the edge of a blurred mark lies; chosen on drawn panels of rust (docs/algorithms/grading.md).
 inline constexpr double kEdgeUncertainty_px = 0.25;
 
-/// A measured value and the ends of its interval, which holds the truth in about 95 of 100 cases.
+/// A measured value and the ends of its interval, which holds the truth in about 90 of 100 cases.
 struct GradedFigure {
   double value = 0.0;
   double low = 0.0;

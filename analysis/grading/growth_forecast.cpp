@@ -11,7 +11,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::size_t kNumLaws = kGrowthLawNames.size();
-constexpr double kLeastGain = 0.9;        // Of the squared held error: below it a law has skill.
+constexpr double kMaxSkilledError = 0.9;  // Of the squared held error: below it a law has skill.
 constexpr double kStudentFactor = 2.353;  // 95th percentile, three degrees of freedom.
 constexpr std::size_t kMaxOrigins = 12;   // Tests of a series; more overlap more.
 constexpr double kEndShare = 0.1;         // Of the times, to whose mean a law is moved.
@@ -103,7 +103,7 @@ double range_of(const Values& values) {
 }
 
 void add_trials(std::span<const double> times, const Values& values, std::vector<Trial>& trials) {
-  const std::size_t count = times.size(), first = std::max<std::size_t>(kLeastForecastTimes - 1, (count + 1) / 2),
+  const std::size_t count = times.size(), first = std::max<std::size_t>(kMinForecastTimes - 1, (count + 1) / 2),
                     num_origins = std::min(kMaxOrigins, count - first);
   for (std::size_t k = 0; k < num_origins; ++k) {
     const std::size_t seen = first + k * (count - first) / num_origins;
@@ -129,7 +129,7 @@ GrowthTest best_of(const std::vector<Trial>& trials) {
   };
   const double held = mean_square([](const Trial& t) { return t.change; });
   GrowthTest best{.error = std::sqrt(held), .held_error = std::sqrt(held)};
-  double least = kLeastGain * held;
+  double least = kMaxSkilledError * held;
   for (std::size_t law = 1; law < kNumLaws; ++law) {
     double products = 0.0, squares = 0.0;
     for (const Trial& t : trials) {
@@ -168,7 +168,7 @@ double error_growth(const std::vector<Trial>& trials, const GrowthTest& test) {
 
 std::optional<GrowthForecast> forecast_growth(std::span<const double> times, const std::vector<Values>& series,
                                               std::span<const double> ahead, bool never_falls) {
-  if (times.size() < kLeastForecastTimes) return std::nullopt;
+  if (times.size() < kMinForecastTimes) return std::nullopt;
   std::vector<Trial> trials;
   for (const Values& values : series) {
     if (range_of(values) > 0.0) add_trials(times, values, trials);

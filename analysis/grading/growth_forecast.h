@@ -36,7 +36,7 @@ struct GrowthForecast {
   std::vector<std::vector<GradedFigure>> values = {};  ///< By series, at the times asked for.
 };
 
-inline constexpr std::size_t kLeastForecastTimes = 6;
+inline constexpr std::size_t kMinForecastTimes = 6;
 
 /// A law is b + a g(t), least squares over a grid of onsets and speeds, moved to the mean of the last tenth of the
 /// series. Tests: each law is fitted to the first half of the times and asked for all later ones, then to more, up to
@@ -46,7 +46,7 @@ inline constexpr std::size_t kLeastForecastTimes = 6;
 /// three degrees of freedom, as tests of one series overlap; the last value always lies inside, as damage may stop.
 /// @param times  Increasing. @param series  One or more of the same figure, each with a value a time.
 /// @param ahead  Later times. @param never_falls  The figure is of damage that does not heal.
-/// @returns nothing with fewer than kLeastForecastTimes times, or where none of the series changes.
+/// @returns nothing with fewer than kMinForecastTimes times, or where none of the series changes.
 [[nodiscard]] std::optional<GrowthForecast> forecast_growth(std::span<const double> times,
                                                             const std::vector<std::vector<double>>& series,
                                                             std::span<const double> ahead, bool never_falls);

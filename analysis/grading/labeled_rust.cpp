@@ -15,9 +15,9 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kLeastMarked = 20;  // Fewer do not say how much a color varies.
-constexpr double kRim = 0.02;             // Share of marked pixels at each end that is taken for mistakes.
-constexpr double kBeyond_deg = 5.0;       // Rust that was not marked varies a little more.
+constexpr std::size_t kMinMarked = 20;  // Fewer do not say how much a color varies.
+constexpr double kRim = 0.02;           // Share of marked pixels at each end that is taken for mistakes.
+constexpr double kBeyond_deg = 5.0;     // Rust that was not marked varies a little more.
 constexpr double kBeyondLightness = 5.0;
 constexpr double kBeyondShare = 0.8;  // Of chroma and of change.
 constexpr double kGrayChroma = 8.0;   // CIELAB; below it a hue is noise.
@@ -64,9 +64,9 @@ RustRule labeled_rust_rule(RustRule rule, const ImageF& before, const ImageF& ma
       change.push_back(std::hypot(lab[0] - was[0], lab[1] - was[1], lab[2] - was[2]));
     }
   }
-  if (lightness.size() < kLeastMarked)
+  if (lightness.size() < kMinMarked)
     throw InvalidInput("the labels: mark " + std::to_string(lightness.size()) +
-                       " pixels off their edges; mark spots with " + std::to_string(kLeastMarked) + " or more");
+                       " pixels off their edges; mark spots with " + std::to_string(kMinMarked) + " or more");
   rule.least_lightness = std::max(0.0, at_share(lightness, kRim) - kBeyondLightness);
   rule.most_lightness = std::min(100.0, at_share(lightness, 1.0 - kRim) + kBeyondLightness);
   if (!change.empty()) rule.least_change = std::max(1.0, kBeyondShare * at_share(change, kRim));

@@ -15,8 +15,8 @@ namespace {
 constexpr double kPlaneOutliers = 2.5;  // Robust deviations; of a normal distribution 1 % lie beyond.
 constexpr int kPlaneRounds = 5;
 constexpr double kNoiseDeviations = 4.0;  // Of single pixels; four connected ones are no chance.
-constexpr double kLeastHeight_mm = 0.01;  // Thinner than a coat of paint.
-constexpr int kLeastPixels = 4;
+constexpr double kMinHeight_mm = 0.01;    // Thinner than a coat of paint.
+constexpr int kMinPixels = 4;
 
 std::vector<std::size_t> pixels_of(const ImageU8& mask) {
   std::vector<std::size_t> pixels;
@@ -110,7 +110,7 @@ ImageF height_change(const ImageF& before, const ImageF& now, const ImageU8& mas
 
 ReliefMarks find_relief_marks(const ImageF& change, const ImageU8& mask, ReliefKind kind) {
   const double sign = kind == ReliefKind::Blister ? 1.0 : -1.0;
-  const double threshold = std::max(kLeastHeight_mm, kNoiseDeviations * robust_deviation(change, pixels_of(mask)));
+  const double threshold = std::max(kMinHeight_mm, kNoiseDeviations * robust_deviation(change, pixels_of(mask)));
   cv::Mat size(change.height(), change.width(), CV_32F), inside(change.height(), change.width(), CV_8U), labels, mean;
   for (int y = 0; y < change.height(); ++y) {
     for (int x = 0; x < change.width(); ++x) {
@@ -132,7 +132,7 @@ ReliefMarks find_relief_marks(const ImageF& change, const ImageU8& mask, ReliefK
   ReliefMarks out{std::vector<int>(change.values().size(), -1), {}};
   for (int k = 1; k < count; ++k) {
     const Component& c = components[static_cast<std::size_t>(k)];
-    if (c.pixels.size() < kLeastPixels) continue;
+    if (c.pixels.size() < kMinPixels) continue;
     const double edge_px = edge_pixels(c, labels, k);
     ReliefMark mark = kind == ReliefKind::Blister ? blister_of(c, threshold, edge_px) : flake_of(c, size, edge_px);
     mark.longest_px = longest_side(c.pixels);

@@ -13,12 +13,12 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr double kMaxWidth_mm = 2.0;        // Cutters of ISO 17872 leave 0.2 to 1 mm; chips at the edges add to it.
-constexpr float kLeastContrast = 4.0f;      // L*; twice what the eye tells between two areas side by side.
-constexpr float kNoiseContrast = 4.0f;      // Times the median answer, which is noise: lines cover far less than half.
-constexpr double kLeastLength = 0.25;       // Of the panel's shorter side.
-constexpr double kLeastSlenderness = 10.0;  // Length over width.
-constexpr double kEnd = 0.5;                // Share of the usual contrast that is left where the line ends.
+constexpr double kMaxWidth_mm = 2.0;       // Cutters of ISO 17872 leave 0.2 to 1 mm; chips at the edges add to it.
+constexpr float kMinLineContrast = 4.0f;   // L*; twice what the eye tells between two areas side by side.
+constexpr float kNoiseContrast = 4.0f;     // Times the median answer, which is noise: lines cover far less than half.
+constexpr double kMinScribeLength = 0.25;  // Of the panel's shorter side.
+constexpr double kMinScribeSlenderness = 10.0;  // Length over width.
+constexpr double kEnd = 0.5;                    // Share of the usual contrast that is left where the line ends.
 constexpr double kMaxGap_mm = 1.0;
 
 cv::Mat lightness_of(const ImageF& color) {
@@ -114,7 +114,7 @@ Extent extent_of(const cv::Mat& answer, const cv::Mat& inner, const Line& line, 
 std::optional<Scribe> longest_line(const cv::Mat& answer, const cv::Mat& inner, double pixel_mm, double least_px) {
   const int reach = std::max(2, static_cast<int>(std::ceil(kMaxWidth_mm / pixel_mm)));
   const int max_gap = std::max(2, static_cast<int>(std::lround(kMaxGap_mm / pixel_mm)));
-  const float noise = median_where(answer, inner), threshold = std::max(kLeastContrast, kNoiseContrast * noise);
+  const float noise = median_where(answer, inner), threshold = std::max(kMinLineContrast, kNoiseContrast * noise);
   const cv::Mat lines = (answer >= threshold) & inner;
   std::vector<cv::Vec4i> segments;
   constexpr double kStep_rad = CV_PI / 720.0;
@@ -127,7 +127,7 @@ std::optional<Scribe> longest_line(const cv::Mat& answer, const cv::Mat& inner, 
   const cv::Mat above_noise = answer - static_cast<double>(noise);
   const Extent extent = extent_of(above_noise, inner, line, 0.4 * length(longest), reach, max_gap);
   const double found = extent.end - extent.begin;
-  if (found < least_px || found < kLeastSlenderness * extent.width) return std::nullopt;
+  if (found < least_px || found < kMinScribeSlenderness * extent.width) return std::nullopt;
   const auto mm = [&](double pixel) { return (pixel + 0.5) * pixel_mm; };
   return Scribe{mm(line.x + extent.begin * line.dx), mm(line.y + extent.begin * line.dy),
                 mm(line.x + extent.end * line.dx), mm(line.y + extent.end * line.dy),
@@ -144,7 +144,7 @@ std::optional<Scribe> find_scribe(const ImageF& color, const ImageU8& mask, doub
   const cv::Mat inner(mask.height(), mask.width(), CV_8U, inside.data());
   const cv::Rect box = cv::boundingRect(inner);
   if (box.empty()) return std::nullopt;
-  const double least_px = kLeastLength * std::min(box.width, box.height);
+  const double least_px = kMinScribeLength * std::min(box.width, box.height);
   cv::Mat light = lightness_of(color);
   const float plain = median_where(light, inner);
   for (int y = 0; y < light.rows; ++y) {

@@ -85,7 +85,7 @@ void add_forecasts(double until, GradedSurface& surface) {
                                   [](const GradedRegion& r) { return !r.forecasts.empty(); });
   if (is_any) return;
   surface.forecast_times.clear();
-  surface.notes.push_back("nothing is forecast: that takes " + std::to_string(kLeastForecastTimes) +
+  surface.notes.push_back("nothing is forecast: that takes " + std::to_string(kMinForecastTimes) +
                           " photographs and a figure that changes");
 }
 

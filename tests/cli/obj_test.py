@@ -120,12 +120,12 @@ class Obj(CommandCase):
         self.fails(USAGE, "one time", "export", self.shared / "aged", "--num-times", "2", "-o", "other.obj")
 
     def test_a_mesh_whose_z_points_up_stands_in_every_model(self):
-        # A block of 1 x 2 x 3 whose longest side points up, as scans are; glTF and USD want y there. Its volume, by the divergence theorem, says that no side was turned inside out.
+        # A block of 1 x 2 x 3 m whose longest side points up, as scans are; glTF and USD want y there. Its volume, by the divergence theorem, says that no side was turned inside out.
         corners = [(x, y, z) for x in (0, 1) for y in (0, 2) for z in (0, 3)]
         sides = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
         sides = [tuple(reversed(s)) if self.volume(corners, sides) < 0 else s for s in sides]
         (self.folder / "block.obj").write_text("".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "".join(f"f {a} {b} {c} {d}\n" for a, b, c, d in sides))
-        self.succeeds("transfer", self.shared / "history", "block.obj", "--control", "facing", "--direction", "0,0,1", "--up", "0,0,1", "--resolution", "64", "-o", "aged")
+        self.succeeds("transfer", self.shared / "history", "block.obj", "--unit", "m", "--control", "facing", "--direction", "0,0,1", "--up", "0,0,1", "--resolution", "64", "-o", "aged")
         for name in ("block_up.obj", "block_up.glb", "block_up.usda"):
             self.succeeds("export", "aged", "--time", "7.5", "--up", "z", "-o", name)
         for name in ("block_up.obj", "block_up.glb"):

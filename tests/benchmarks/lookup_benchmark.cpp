@@ -2,6 +2,7 @@
 // same bytes; and a 16k atlas written in strips, with the memory that took. `lookup_benchmark --write TRANSFER IMAGE`
 // is what the last part runs.
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -26,6 +27,7 @@ namespace patinate {
 namespace {
 
 constexpr int kAtlas = 4096, kSource = benchmarks::kPatchSource;
+constexpr float kDegree = 0.0174532925f;  // Radians.
 constexpr double kTexels = 1.0 * kAtlas * kAtlas;
 
 /// A gather with nothing around it. @param out  Of texels x channels.
@@ -70,6 +72,38 @@ void compare_gathers(const char* name, const Image<T>& source, const transfer::P
   }
 }
 
+/// Patches of 32 x 32 texels, each a square of the source turned by 30 degrees.
+ImageF turned_coordinates() {
+  constexpr int kPatch = 32;
+  ImageF coordinates(kAtlas, kAtlas, 2);
+  const float cosine = std::cos(kDegree * 30.0f), sine = std::sin(kDegree * 30.0f);
+  for (int y = 0; y < kAtlas; ++y) {
+    for (int x = 0; x < kAtlas; ++x) {
+      const auto patch = static_cast<std::uint32_t>(y / kPatch * kAtlas + x / kPatch) * 2654435761u;  // Knuth's hash.
+      const auto u = static_cast<float>(x % kPatch), v = static_cast<float>(y % kPatch);
+      const auto corner = [](std::uint32_t bits) { return static_cast<float>(bits % (kSource - 3 * kPatch) + kPatch); };
+      coordinates.at(x, y, 0) = corner(patch & 0xFFFFu) + cosine * u - sine * v;
+      coordinates.at(x, y, 1) = corner(patch >> 16u) + sine * u + cosine * v;
+    }
+  }
+  return coordinates;
+}
+
+/// Lookups between pixels, against the nearest pixels of the same places.
+void compare_between_pixels(const ImageF& frame) {
+  const transfer::PackedPlaces places = transfer::pack_coordinates(turned_coordinates(), kSource, kSource);
+  ImageF out(kAtlas, kAtlas, 3);
+  for (int threads : {1, 2}) {
+    const RunControl control = testing_support::with_threads(threads);
+    const double nearest =
+        benchmarks::median_of_five([&] { out = transfer::gather_packed(frame, places.pixels, 0.0f, control); });
+    const double between =
+        benchmarks::median_of_five([&] { out = transfer::gather_packed(frame, places, 0.0f, control); });
+    std::printf("4k, patches turned by 30 degrees, %d thread%s: nearest pixel %.0f ms, between pixels %.0f ms (%.1f)\n",
+                threads, threads == 1 ? "" : "s", 1e3 * nearest, 1e3 * between, between / nearest);
+  }
+}
+
 void compare_time_maps(const HistoryReader& history, const transfer::PackedCoordinates& indices) {
   ImageF times(kAtlas, kAtlas);
   for (std::size_t i = 0; i < times.values().size(); ++i)
@@ -91,6 +125,7 @@ void compare_speed() {
   const transfer::PackedCoordinates indices = transfer::pack_coordinates(coordinates, kSource, kSource).pixels;
   compare_gathers("8-bit RGB", srgb8_from_linear(frame), indices);
   compare_gathers("float RGB", frame, indices);
+  compare_between_pixels(frame);
   compare_time_maps(history, indices);
   ImageF out;
   for (int threads : {1, 2}) {

@@ -75,8 +75,11 @@ PictureStudio::PictureStudio(std::shared_ptr<const RenderTask> task, std::shared
 ImageF PictureStudio::picture(const PictureShot& shot, const RunControl& control) {
   const RunControl begin = control.part(0.0, 0.6), end = control.part(0.6, 1.0);
   if (maps_) {
-    if (!surface_ || time_ != shot.time)
+    if (!surface_) {
       surface_.emplace(*mesh_, maps_(shot.time, begin), task_->options, task_->surface, environment_, begin);
+    } else if (time_ != shot.time) {
+      surface_->show(maps_(shot.time, begin), begin);
+    }
     time_ = shot.time;
     return surface_->picture(shot.view.azimuth_deg, shot.view.elevation_deg, end);
   }
@@ -109,7 +112,7 @@ ContentHash begin_key(const RenderTask& task, const std::vector<double>& times) 
 
 /// Adds what decides where all maps of a surface are shown.
 void add_surface(ContentHash& hash, const RenderTask& task) {
-  hash.add("surface 2").add(task.shown.film);
+  hash.add("surface 3").add(task.shown.film);
   for (const auto& [name, value] : option_values(task.surface)) hash.add(name).add(value);
   if (!task.environment.empty()) hash.add("environment").add_file(task.environment);
 }

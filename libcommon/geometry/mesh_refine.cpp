@@ -55,7 +55,8 @@ std::vector<LongEdge> find_long_edges(const Mesh& mesh, double max_edge) {
 template <class Vector>
 class Midpoints {
  public:
-  explicit Midpoints(std::vector<Vector>& values) : values_(values) {}
+  /// @param num_edges  How many it will be asked for, about.
+  Midpoints(std::vector<Vector>& values, std::size_t num_edges) : values_(values) { made_.reserve(num_edges); }
   int operator()(int a, int b, bool normalize = false) {
     if (a == b) return a;
     const auto [entry, is_new] = made_.try_emplace(edge_key(a, b), static_cast<int>(values_.size()));
@@ -209,9 +210,9 @@ Pattern pattern_of(const std::array<bool, 3>& is_split, const std::array<Vec3, 3
 void split_edges(Mesh& mesh, const std::unordered_set<std::uint64_t>& is_split, RefineShape shape,
                  std::vector<std::array<int, 2>>& parents) {
   const Bulges bulges(mesh, shape == RefineShape::Curved ? is_split : std::unordered_set<std::uint64_t>{});
-  Midpoints<Vec3> mid_position(mesh.positions);
-  Midpoints<Vec2> mid_uv(mesh.uvs);
-  Midpoints<Vec3> mid_normal(mesh.normals);
+  Midpoints<Vec3> mid_position(mesh.positions, is_split.size());
+  Midpoints<Vec2> mid_uv(mesh.uvs, is_split.size());
+  Midpoints<Vec3> mid_normal(mesh.normals, is_split.size());
   const bool has_uvs = mesh.has_uvs();
   const bool has_normals = mesh.normal_triangles.size() == mesh.triangles.size();
   std::vector<Triangle> triangles, uv_triangles, normal_triangles;
@@ -264,8 +265,10 @@ Mesh refine_edges(Mesh mesh, double max_edge, int max_triangles, RefineShape sha
   if (shape == RefineShape::Curved) mesh = with_corner_normals(std::move(mesh));
   while (true) {
     std::int64_t budget = std::int64_t{max_triangles} - mesh.num_triangles();
+    const std::vector<LongEdge> edges = find_long_edges(mesh, max_edge);
     std::unordered_set<std::uint64_t> chosen;
-    for (const LongEdge& edge : find_long_edges(mesh, max_edge)) {
+    chosen.reserve(edges.size());
+    for (const LongEdge& edge : edges) {
       if (edge.num_triangles > budget) break;
       budget -= edge.num_triangles;
       chosen.insert(edge.key);

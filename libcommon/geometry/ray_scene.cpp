@@ -122,28 +122,55 @@ bool RayScene::is_blocked_along(const Vec3& origin, const Vec3& direction, doubl
   return impl_->is_blocked(impl_->ray(origin, direction, 0.0, std::min(max_distance, 1e30)));
 }
 
-unsigned RayScene::blocked_of_8(std::span<const Vec3> origins, const Vec3& direction, double max_distance) const {
-  constexpr std::size_t kWidth = 8;
-  if (origins.size() > kWidth) throw InvalidInput("ray casting: at most 8 rays at a time");
-  const Eigen::Vector3f d = direction.cast<float>();
-  const auto far = static_cast<float>(std::min(max_distance, 1e30));
-  alignas(32) std::array<int, kWidth> valid{};
-  alignas(32) RTCRay8 rays{};
-  for (std::size_t i = 0; i < origins.size(); ++i) {
-    const Eigen::Vector3f o = (origins[i] - impl_->center).cast<float>();
-    valid[i] = -1;
-    rays.org_x[i] = o.x(), rays.org_y[i] = o.y(), rays.org_z[i] = o.z();
-    rays.dir_x[i] = d.x(), rays.dir_y[i] = d.y(), rays.dir_z[i] = d.z();
-    rays.tfar[i] = far;
-    rays.mask[i] = 0xffffffffu;
+namespace {
+
+/// Up to 8 rays that are asked for at once.
+class RayPacket {
+ public:
+  explicit RayPacket(std::size_t size) : size_(size) {
+    if (size > kWidth) throw InvalidInput("ray casting: at most 8 rays at a time");
   }
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcOccluded8(valid.data(), impl_->scene.get(), &context, &rays);
-  unsigned blocked = 0;
-  for (std::size_t i = 0; i < origins.size(); ++i) blocked |= rays.tfar[i] < 0.0F ? 1u << i : 0u;
-  return blocked;
+  void set(std::size_t i, const Eigen::Vector3f& o, const Eigen::Vector3f& d, double max_distance) {
+    valid_[i] = -1;
+    rays_.org_x[i] = o.x(), rays_.org_y[i] = o.y(), rays_.org_z[i] = o.z();
+    rays_.dir_x[i] = d.x(), rays_.dir_y[i] = d.y(), rays_.dir_z[i] = d.z();
+    rays_.tfar[i] = static_cast<float>(std::min(max_distance, 1e30));
+    rays_.mask[i] = 0xffffffffu;
+  }
+  /// Bit i is set where something lies on ray i.
+  [[nodiscard]] unsigned blocked(RTCScene scene) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcOccluded8(valid_.data(), scene, &context, &rays_);
+    unsigned blocked = 0;
+    for (std::size_t i = 0; i < size_; ++i) blocked |= rays_.tfar[i] < 0.0F ? 1u << i : 0u;
+    return blocked;
+  }
+
+ private:
+  static constexpr std::size_t kWidth = 8;
+  std::size_t size_;
+  alignas(32) std::array<int, kWidth> valid_{};
+  alignas(32) RTCRay8 rays_{};
+};
+
+}  // namespace
+
+unsigned RayScene::blocked_of_8(std::span<const Vec3> origins, const Vec3& direction, double max_distance) const {
+  RayPacket packet(origins.size());
+  const Eigen::Vector3f d = direction.cast<float>();
+  for (std::size_t i = 0; i < origins.size(); ++i)
+    packet.set(i, (origins[i] - impl_->center).cast<float>(), d, max_distance);
+  return packet.blocked(impl_->scene.get());
+}
+
+unsigned RayScene::blocked_of_8(const Vec3& origin, std::span<const Vec3> directions,
+                                std::span<const double> max_distances) const {
+  RayPacket packet(directions.size());
+  const Eigen::Vector3f o = (origin - impl_->center).cast<float>();
+  for (std::size_t i = 0; i < directions.size(); ++i) packet.set(i, o, directions[i].cast<float>(), max_distances[i]);
+  return packet.blocked(impl_->scene.get());
 }
 
 }  // namespace patinate

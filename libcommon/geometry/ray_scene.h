@@ -36,6 +36,9 @@ class RayScene {
   /// Whether anything lies within `max_distance` along one unit direction from each of at most 8 points, which should
   /// be near each other: bit i is set for origins[i]. Several times as fast as one by one.
   [[nodiscard]] unsigned blocked_of_8(std::span<const Vec3> origins, const Vec3& direction, double max_distance) const;
+  /// The same from one point along at most 8 unit directions, each within its own distance.
+  [[nodiscard]] unsigned blocked_of_8(const Vec3& origin, std::span<const Vec3> directions,
+                                      std::span<const double> max_distances) const;
 
  private:
   struct Impl;

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <vector>
 
 namespace patinate {
 
@@ -22,14 +22,41 @@ Vec3 across(const Vec3& v, const Vec3& normal) {
 
 }  // namespace
 
+namespace {
+
+/// Sums over the corners that share position, UV, normal and the side of the UVs. A position has few of them: a list.
+class CornerSums {
+ public:
+  explicit CornerSums(const Mesh& mesh) : mesh_(mesh), first_(mesh.positions.size(), -1) {}
+  Vec3& at(std::size_t t, std::size_t k, bool is_mirrored) {
+    const int uv = mesh_.uv_triangles[t][k], normal = mesh_.normal_triangles[t][k];
+    int& first = first_[mesh_.triangles[t][k]];
+    for (int i = first; i >= 0; i = sums_[i].next) {
+      if (sums_[i].uv == uv && sums_[i].normal == normal && sums_[i].is_mirrored == is_mirrored) return sums_[i].value;
+    }
+    sums_.push_back({uv, normal, is_mirrored, first});
+    first = static_cast<int>(sums_.size()) - 1;
+    return sums_.back().value;
+  }
+
+ private:
+  struct Sum {
+    int uv, normal;
+    bool is_mirrored;
+    int next;  ///< Another of the same position; -1: the last.
+    Vec3 value = Vec3::Zero();
+  };
+  const Mesh& mesh_;
+  std::vector<int> first_;  ///< A position's latest sum; -1: none.
+  std::vector<Sum> sums_;
+};
+
+}  // namespace
+
 CornerTangents corner_tangents(const Mesh& mesh) {
   const std::size_t n = mesh.triangles.size();
   CornerTangents result{.tangent = std::vector<std::array<Vec3, 3>>(n), .is_mirrored = std::vector<bool>(n)};
-  std::map<std::array<int, 4>, Vec3> sums;
-  const auto key = [&](std::size_t t, std::size_t k) {
-    return std::array<int, 4>{mesh.triangles[t][k], mesh.uv_triangles[t][k], mesh.normal_triangles[t][k],
-                              result.is_mirrored[t] ? 1 : 0};
-  };
+  CornerSums sums(mesh);
   for (std::size_t t = 0; t < n; ++t) {
     std::array<Vec3, 3> p;
     std::array<Vec2, 3> uv;
@@ -44,12 +71,13 @@ CornerTangents corner_tangents(const Mesh& mesh) {
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 to_next = p[(k + 1) % 3] - p[k], to_last = p[(k + 2) % 3] - p[k];
       const double angle = std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last));
-      Vec3& sum = sums.try_emplace(key(t, k), Vec3::Zero()).first->second;
+      Vec3& sum = sums.at(t, k, result.is_mirrored[t]);
       if (along_u.squaredNorm() > 0.0) sum += angle * across(along_u, corner_normal(mesh, t, k));
     }
   }
   for (std::size_t t = 0; t < n; ++t) {
-    for (std::size_t k = 0; k < 3; ++k) result.tangent[t][k] = across(sums.at(key(t, k)), corner_normal(mesh, t, k));
+    for (std::size_t k = 0; k < 3; ++k)
+      result.tangent[t][k] = across(sums.at(t, k, result.is_mirrored[t]), corner_normal(mesh, t, k));
   }
   return result;
 }

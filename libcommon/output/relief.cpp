@@ -112,15 +112,16 @@ Mesh with_shared_positions(Mesh mesh) {
   return mesh;
 }
 
-Mesh displaced(Mesh mesh, const ImageF& height, double factor, int max_triangles, ReliefNormals normals,
-               std::vector<float>* open) {
-  const double texel = mean_texel_edge(mesh, height);
+Mesh refined_to_texels(Mesh mesh, const ImageF& map, int max_triangles, std::vector<float>& open) {
+  const double texel = mean_texel_edge(mesh, map);
+  if (!(texel > 0.0)) return mesh;
   std::vector<std::array<int, 2>> parents;
-  if (texel > 0.0)
-    mesh = refine_edges(std::move(mesh), std::numbers::sqrt2 * texel, max_triangles, RefineShape::Flat, parents);
-  if (open != nullptr) {
-    for (const auto& [a, b] : parents) open->push_back(0.5f * ((*open)[index(a)] + (*open)[index(b)]));
-  }
+  mesh = refine_edges(std::move(mesh), std::numbers::sqrt2 * texel, max_triangles, RefineShape::Flat, parents);
+  for (const auto& [a, b] : parents) open.push_back(0.5f * (open[index(a)] + open[index(b)]));
+  return mesh;
+}
+
+Mesh displaced(Mesh mesh, const ImageF& height, double factor, ReliefNormals normals) {
   if (normals == ReliefNormals::Kept) {
     move_positions(mesh, height, factor);
     return mesh;

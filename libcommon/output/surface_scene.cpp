@@ -49,41 +49,51 @@ double value_at(const ImageF& map, const Vec2& uv, double otherwise) {
 
 }  // namespace
 
-SurfaceScene::SurfaceScene(const Mesh& mesh, SurfaceMaps maps, const RenderOptions& options,
-                           const SurfaceOptions& surface, const RunControl& control)
+SurfaceShape::SurfaceShape(const Mesh& given, const ImageF& height, const RenderOptions& options,
+                           const RunControl& control)
+    : mesh(refined_for_occlusion(with_shared_positions(with_normals(given)), options)),
+      box(bounding_box(given)),
+      texels_across(height.width()),
+      texels_down(height.height()),
+      ground(mesh, box, options.up) {
+  const RayScene scene(mesh);
+  open = occlusion_at_vertices(mesh, scene, box.diagonal(), options, control.part(0.0, 0.7));
+  if (options.ground) ground.find_visibility(scene, options, control.part(0.7, 1.0));
+  std::vector<std::array<int, 2>> parents;
+  mesh = refine_edges(std::move(mesh), kCurvedEdge * box.diagonal(),
+                      std::max(kMaxCurvedTriangles, mesh.num_triangles()), RefineShape::Curved, parents);
+  for (const auto& [a, b] : parents)
+    open.push_back(0.5f * (open[static_cast<std::size_t>(a)] + open[static_cast<std::size_t>(b)]));
+  if (!height.empty()) mesh = refined_to_texels(std::move(mesh), height, kMaxReliefTriangles, open);
+}
+
+const ImageF& SurfaceScene::heights(const SurfaceMaps& maps, const SurfaceOptions& surface) {
+  static const ImageF none;
+  return surface.relief > 0.0 ? maps.height : none;
+}
+
+SurfaceScene::SurfaceScene(const Mesh& mesh, std::shared_ptr<const SurfaceShape> shape, SurfaceMaps maps,
+                           const RenderOptions& options, const SurfaceOptions& surface)
     : maps_(std::move(maps)),
       options_(options),
       surface_(surface),
-      box_(bounding_box(mesh)),
-      mesh_(refined_for_occlusion(with_shared_positions(with_normals(mesh)), options)),
-      ground_(mesh_, box_, options.up) {
+      shape_(std::move(shape)),
+      mesh_(shape_->mesh),
+      open_(shape_->open) {
   check_maps(maps_);
   if (!mesh.has_uvs()) throw InvalidInput("render: the mesh has no UVs; unwrap it first");
-  scene_.emplace(mesh_);
-  open_ = occlusion_at_vertices(mesh_, *scene_, box_.diagonal(), options, control.part(0.0, 0.5));
-  if (options.ground) ground_.find_visibility(*scene_, options, control.part(0.5, 0.7));
-  curve();
   const std::vector<Plant> plants = find_plants(mesh, maps_, options, surface);
-  const bool is_relief = !maps_.height.empty() && surface.relief > 0.0;
-  if (is_relief) {
+  const ImageF& height = heights(maps_, surface);
+  if (!height.empty()) {
     const ReliefNormals normals = maps_.normals.empty() ? ReliefNormals::Turned : ReliefNormals::Kept;
-    mesh_ = displaced(std::move(mesh_), maps_.height, surface.relief, kMaxReliefTriangles, normals, &open_);
+    mesh_ = displaced(std::move(mesh_), height, surface.relief, normals);
   }
   if (!maps_.normals.empty()) tangents_ = corner_tangents(mesh_);
   plants_ = add_plants(mesh_, plants, open_);
   scene_.emplace(mesh_);
-  control.report(1.0);
 }
 
-void SurfaceScene::curve() {
-  std::vector<std::array<int, 2>> parents;
-  mesh_ = refine_edges(std::move(mesh_), kCurvedEdge * box_.diagonal(),
-                       std::max(kMaxCurvedTriangles, mesh_.num_triangles()), RefineShape::Curved, parents);
-  for (const auto& [a, b] : parents)
-    open_.push_back(0.5f * (open_[static_cast<std::size_t>(a)] + open_[static_cast<std::size_t>(b)]));
-}
-
-double SurfaceScene::ray_offset() const { return kRayOffset * box_.diagonal(); }
+double SurfaceScene::ray_offset() const { return kRayOffset * diagonal(); }
 
 std::optional<SeenPoint> SurfaceScene::first_hit(const Vec3& origin, const Vec3& direction) const {
   const std::optional<RayHit> hit = scene_->first_hit(origin, direction);

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "libcommon/geometry/ray_scene.h"
@@ -30,16 +32,35 @@ struct SeenPoint {
   double wetness = 0.0;
 };
 
+/// The part of a scene that stays when other maps are shown: the surface that heights move, and the light around it.
+struct SurfaceShape {
+  /// @param height  The size of heights, to whose texels the mesh is refined; empty: not refined.
+  SurfaceShape(const Mesh& given, const ImageF& height, const RenderOptions& options, const RunControl& control);
+
+  /// Whether these heights can move it. @param height  As in the constructor.
+  [[nodiscard]] bool fits(const ImageF& height) const {
+    return height.width() == texels_across && height.height() == texels_down;
+  }
+
+  Mesh mesh;  ///< Refined; equal positions are one.
+  Box box;    ///< Box of the mesh as it was given.
+  int texels_across, texels_down;
+  std::vector<float> open;  ///< Ambient visibility of its positions.
+  Ground ground;
+};
+
 /// Immutable after construction; queries are thread-safe.
 class SurfaceScene {
  public:
-  /// @throws InvalidInput as SurfaceView.
-  SurfaceScene(const Mesh& mesh, SurfaceMaps maps, const RenderOptions& options, const SurfaceOptions& surface,
-               const RunControl& control);
+  /// @param mesh  As it was given. @param shape  Must fit the heights. @throws InvalidInput as SurfaceView.
+  SurfaceScene(const Mesh& mesh, std::shared_ptr<const SurfaceShape> shape, SurfaceMaps maps,
+               const RenderOptions& options, const SurfaceOptions& surface);
+  /// The heights that move a surface: those of the maps, or none.
+  [[nodiscard]] static const ImageF& heights(const SurfaceMaps& maps, const SurfaceOptions& surface);
 
-  [[nodiscard]] const Ground& ground() const { return ground_; }
-  [[nodiscard]] const Box& box() const { return box_; }
-  [[nodiscard]] double diagonal() const { return box_.diagonal(); }
+  [[nodiscard]] const Ground& ground() const { return shape_->ground; }
+  [[nodiscard]] const Box& box() const { return shape_->box; }
+  [[nodiscard]] double diagonal() const { return shape_->box.diagonal(); }
   /// How far off a surface rays begin.
   [[nodiscard]] double ray_offset() const;
 
@@ -48,24 +69,26 @@ class SurfaceScene {
                                 double distance = std::numeric_limits<double>::infinity()) const {
     return scene_->is_blocked_along(origin, direction, distance);
   }
+  /// The same of at most 8 directions at once, which should be near each other: bit i is set for directions[i].
+  [[nodiscard]] unsigned blocked_of_8(const Vec3& origin, std::span<const Vec3> directions,
+                                      std::span<const double> distances) const {
+    return scene_->blocked_of_8(origin, directions, distances);
+  }
 
  private:
   [[nodiscard]] SeenPoint point(const RayHit& hit, const Vec3& direction) const;
   void read_material(SeenPoint& point, const Vec2& uv) const;
-  /// Refines the mesh to the curves that its normals describe.
-  void curve();
   void read_leaf(SeenPoint& point, std::size_t triangle, const RayHit& hit) const;
 
   SurfaceMaps maps_;
   RenderOptions options_;
   SurfaceOptions surface_;
-  Box box_;                  ///< Box of the mesh as it was given.
+  std::shared_ptr<const SurfaceShape> shape_;
   Mesh mesh_;                ///< Displaced.
   std::vector<float> open_;  ///< Ambient visibility of its positions.
   CornerTangents tangents_;  ///< Where a map tells normals.
   PlantField plants_;
   std::optional<RayScene> scene_;
-  Ground ground_;
 };
 
 }  // namespace patinate

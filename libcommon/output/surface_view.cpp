@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <span>
 
 #include "libcommon/core/parallel.h"
@@ -21,6 +22,7 @@ namespace {
 constexpr int kLampRays = 8;  // Per ray of the camera; fewer for what a mirror shows.
 constexpr int kMirroredLampRays = 3;
 constexpr int kMirrorRays = 4;  // Per ray of the camera, where the mirror is nearly all that is seen; fewer elsewhere.
+constexpr int kFewGroundRays = 4;         // Where the pixel's other rays saw all lamps, or none.
 constexpr double kMirrorBlur = 2.0;       // Solid angles of rays overlap by this, so that they do not show.
 constexpr double kDullRoughness = 0.6;    // Above it, where little is reflected, ambient visibility
 constexpr double kDullReflection = 0.15;  // stands for what a ray would meet.
@@ -39,6 +41,46 @@ struct Draws {
   int sample = 0;
   int num_samples = 1;  ///< Number of samples of the pixel.
   double dither = 0.0;  ///< [-0.5, 0.5), of the pixel.
+  std::optional<double> seen_share =
+      std::nullopt;  ///< Share of lamps that the pixel's last full look at the ground saw.
+};
+
+/// Light of a few lamps at one place, as far as nothing stands between.
+class LampRays {
+ public:
+  LampRays(const SurfaceScene& scene, const Vec3& from) : scene_(scene), from_(from) {}
+
+  /// @param light  What the lamp gives where nothing hides it. At most kCapacity lamps.
+  void add(const LightField::Sample& lamp, const Vec3& light) {
+    directions_[num_] = lamp.direction;
+    distances_[num_] = lamp.distance;
+    lights_[num_++] = light;
+  }
+  /// @returns the share of lamps that are seen; 1 of none.
+  double add_unblocked_to(Vec3& sum) const {
+    constexpr std::size_t kAtOnce = 8;
+    std::size_t num_seen = 0;
+    for (std::size_t i = 0; i < num_; i += kAtOnce) {
+      const std::size_t n = std::min(kAtOnce, num_ - i);
+      const unsigned blocked =
+          scene_.blocked_of_8(from_, std::span(directions_).subspan(i, n), std::span(distances_).subspan(i, n));
+      for (std::size_t k = 0; k < n; ++k) {
+        if ((blocked >> k & 1u) != 0u) continue;
+        sum += lights_[i + k];
+        ++num_seen;
+      }
+    }
+    return num_ == 0 ? 1.0 : static_cast<double>(num_seen) / static_cast<double>(num_);
+  }
+
+ private:
+  static constexpr std::size_t kCapacity = std::max(kLampRays, kGroundRays);
+
+  const SurfaceScene& scene_;
+  Vec3 from_;
+  std::size_t num_ = 0;
+  std::array<Vec3, kCapacity> directions_, lights_;
+  std::array<double, kCapacity> distances_;
 };
 
 /// One picture of a scene.
@@ -67,9 +109,6 @@ class Painter {
       draws.sample = k;
       const double u = (x + (k % side + 0.5) / side) / options_.width;
       const double v = (y + (k / side + 0.5) / side) / options_.height;
-      if (light_.has_lamps()) {
-        for (int i = 0; i < kLampRays; ++i) draws.lamps[i] = light_.lamp(sequence_point(kLampRays * k + i, lamp_shift));
-      }
       for (int i = 0; i < kMirrorRays; ++i) {
         // Without the later rays of all samples the first ones still lie evenly.
         const int place = draws.num_samples * i + k;
@@ -83,9 +122,13 @@ class Painter {
   }
 
  private:
-  [[nodiscard]] Vec3 ray(double u, double v, const Draws& draws) const {
+  [[nodiscard]] Vec3 ray(double u, double v, Draws& draws) const {
     const Vec3 direction = camera_.direction(u, v);
-    if (const std::optional<SeenPoint> hit = scene_.first_hit(camera_.position, direction)) return surface(*hit, draws);
+    if (const std::optional<SeenPoint> hit = scene_.first_hit(camera_.position, direction)) {
+      for (int i = 0; light_.has_lamps() && i < kLampRays; ++i)
+        draws.lamps[i] = light_.lamp(sequence_point(kLampRays * draws.sample + i, draws.lamp_shift));
+      return surface(*hit, draws);
+    }
     const Vec3 behind = shows_surroundings_
                             ? light_.around(direction, pixel_angle())
                             : Vec3::Constant(dithered(draws) * static_cast<double>(backdrop(options_, u, v)));
@@ -104,23 +147,36 @@ class Painter {
     return 4.0 * camera_.tan_x * camera_.tan_y / (static_cast<double>(options_.width) * options_.height);
   }
 
-  // Share of the light on open ground that arrives at a place of it.
-  [[nodiscard]] double ground_light(const Vec3& p, const Draws& draws) const {
+  // Share of the light on open ground that arrives at a place of it. Where the first ray of a pixel sees all lamps or
+  // none, few lamps tell whether another of its rays does.
+  [[nodiscard]] double ground_light(const Vec3& p, Draws& draws) const {
+    if (draws.seen_share && *draws.seen_share == std::round(*draws.seen_share)) {
+      const GroundLight few = ground_light(p, draws, kFewGroundRays);
+      if (few.seen_share == *draws.seen_share) return few.light;
+    }
+    const GroundLight all = ground_light(p, draws, kGroundRays);
+    draws.seen_share = all.seen_share;
+    return all.light;
+  }
+  struct GroundLight {
+    double light, seen_share;
+  };
+  [[nodiscard]] GroundLight ground_light(const Vec3& p, const Draws& draws, int num_rays) const {
     const Vec3& up = scene_.ground().up();
     const double smooth = luminance_of(light_.smooth_on(up));
-    double whole = smooth, lit = smooth * scene_.ground().visibility(p);
-    if (light_.has_lamps()) {
-      for (int i = 0; i < kGroundRays; ++i) {
-        const Vec2 square = sequence_point(kGroundRays * draws.sample + i, draws.lamp_shift);
-        const LightField::Sample lamp = light_.seen(light_.lamp(square), p);
-        const double share =
-            luminance_of(lamp.weight) / std::numbers::pi / kGroundRays * std::max(0.0, lamp.direction.dot(up));
-        whole += share;
-        if (share > 0.0 && !scene_.is_blocked(p + scene_.ray_offset() * up, lamp.direction, lamp.distance))
-          lit += share;
-      }
+    double whole = smooth;
+    Vec3 lit = Vec3::Constant(smooth * scene_.ground().visibility(p));
+    LampRays rays(scene_, p + scene_.ray_offset() * up);
+    for (int i = 0; light_.has_lamps() && i < num_rays; ++i) {
+      const Vec2 square = sequence_point(kGroundRays * draws.sample + i, draws.lamp_shift);
+      const LightField::Sample lamp = light_.seen(light_.lamp(square), p);
+      const double share =
+          luminance_of(lamp.weight) / std::numbers::pi / num_rays * std::max(0.0, lamp.direction.dot(up));
+      whole += share;
+      if (share > 0.0) rays.add(lamp, Vec3::Constant(share));
     }
-    return whole > 0.0 ? lit / whole : 1.0;
+    const double seen_share = rays.add_unblocked_to(lit);
+    return {whole > 0.0 ? lit.x() / whole : 1.0, seen_share};
   }
 
   // Where a place is lit: rays begin off the surface, which a near lamp would show.
@@ -137,6 +193,7 @@ class Painter {
     const int mirrors = num_mirrors(material);
     Vec3 sum = p.open * material.diffuse().cwiseProduct(light_.smooth_on(p.normal));
     if (light_.has_lamps()) {
+      LampRays rays(scene_, p.place);
       for (const LightField::Lamp& drawn : draws.lamps) {
         const LightField::Sample lamp = light_.seen(drawn, on_surface(p));
         const double facing = p.normal.dot(lamp.direction);
@@ -146,9 +203,9 @@ class Painter {
         // Balance heuristic [Veach and Guibas 1995] with the mirror's own rays, where these look for lamps.
         if (!light_.has_lamps_around())
           seen += mirror.value * (is_dull(p, material) ? 1.0 : balance(kLampRays * lamp.pdf, mirrors * mirror.pdf));
-        if (!(seen.maxCoeff() > 0.0) || scene_.is_blocked(p.place, lamp.direction, lamp.distance)) continue;
-        sum += lamp.weight.cwiseProduct(seen) / kLampRays;
+        if (seen.maxCoeff() > 0.0) rays.add(lamp, lamp.weight.cwiseProduct(seen) / kLampRays);
       }
+      rays.add_unblocked_to(sum);
     }
     for (int i = 0; i < mirrors; ++i) sum += mirrored(p, material, draws, i, mirrors) / mirrors;
     return sum;
@@ -190,12 +247,13 @@ class Painter {
   [[nodiscard]] Vec3 second(const SeenPoint& p, const Draws& draws) const {
     Vec3 light = p.open * light_.smooth_on(p.normal);
     if (light_.has_lamps()) {
+      LampRays rays(scene_, p.place);
       for (const LightField::Lamp& drawn : std::span(draws.lamps).first<kMirroredLampRays>()) {
         const LightField::Sample lamp = light_.seen(drawn, on_surface(p));
         const double facing = p.normal.dot(lamp.direction);
-        if (facing > 0.0 && !scene_.is_blocked(p.place, lamp.direction, lamp.distance))
-          light += facing / std::numbers::pi / kMirroredLampRays * lamp.weight;
+        if (facing > 0.0) rays.add(lamp, facing / std::numbers::pi / kMirroredLampRays * lamp.weight);
       }
+      rays.add_unblocked_to(light);
     }
     return SurfaceMaterial(p).all().cwiseProduct(light);
   }
@@ -233,6 +291,7 @@ struct SurfaceView::Impl {
   SurfaceOptions surface;
   Mesh mesh;
   std::unique_ptr<const Surroundings> surroundings = {};
+  std::shared_ptr<const SurfaceShape> shape = {};
   std::unique_ptr<const SurfaceScene> scene = {};
 };
 
@@ -245,8 +304,17 @@ SurfaceView::SurfaceView(const Mesh& mesh, SurfaceMaps maps, const RenderOptions
   auto impl = std::make_unique<Impl>(Impl{.options = options, .surface = surface, .mesh = mesh});
   if (!environment.empty())
     impl->surroundings = std::make_unique<const Surroundings>(environment, surface.environment_light);
-  impl->scene = std::make_unique<const SurfaceScene>(mesh, std::move(maps), options, surface, control);
   impl_ = std::move(impl);
+  show(std::move(maps), control);
+}
+
+void SurfaceView::show(SurfaceMaps maps, const RunControl& control) {
+  const ImageF& height = SurfaceScene::heights(maps, impl_->surface);
+  if (!impl_->shape || !impl_->shape->fits(height))
+    impl_->shape = std::make_shared<const SurfaceShape>(impl_->mesh, height, impl_->options, control);
+  impl_->scene =
+      std::make_unique<const SurfaceScene>(impl_->mesh, impl_->shape, std::move(maps), impl_->options, impl_->surface);
+  control.report(1.0);
 }
 
 SurfaceView::~SurfaceView() = default;

@@ -163,9 +163,32 @@ TEST(SurfaceView, NormalsAreLitInTheirTangentSpace) {
   }
 }
 
+TEST(SurfaceView, ShowsOtherMapsAsAFreshViewDoes) {
+  RenderOptions o = bare_of_many_samples();
+  o.light = 1.0;
+  o.samples = 1;
+  const Mesh plane = testing_support::unit_plane(2.0);
+  const auto maps_of = [](int side, float amplitude) {
+    return SurfaceMaps{.color = kWhite, .height = waves(side, amplitude)};
+  };
+  SurfaceView view(plane, maps_of(32, 0.1f), o);
+  for (const int side : {32, 48}) {  // Heights of the same size, and of another.
+    view.show(maps_of(side, 0.2f));
+    EXPECT_EQ(view.picture(), SurfaceView(plane, maps_of(side, 0.2f), o).picture());
+  }
+}
+
+/// The mesh refined to the map's texels and displaced by it.
+Mesh moved_by(Mesh mesh, const ImageF& height, double factor) {
+  std::vector<float> open(mesh.positions.size(), 1.0f);
+  Mesh refined = refined_to_texels(std::move(mesh), height, 100'000, open);
+  EXPECT_EQ(open.size(), refined.positions.size());
+  return displaced(std::move(refined), height, factor, ReliefNormals::Turned);
+}
+
 TEST(Relief, OfAConstantHeightIsTheSurfaceMovedByIt) {
   const Mesh plane = with_normals(testing_support::cut_plane(2.0));
-  const Mesh moved = displaced(plane, ImageF(64, 64, 1, 0.25f), 2.0, 100000, ReliefNormals::Turned);
+  const Mesh moved = moved_by(plane, ImageF(64, 64, 1, 0.25f), 2.0);
   EXPECT_GT(moved.num_triangles(), plane.num_triangles());
   for (const Vec3& p : moved.positions) EXPECT_NEAR(p.z(), 0.5, 1e-12);
   for (const Vec3& n : moved.normals) EXPECT_NEAR(n.z(), 1.0, 1e-12);
@@ -176,7 +199,7 @@ TEST(Relief, FollowsTheTexelsOfARamp) {
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 32; ++x) ramp.at(x, y) = static_cast<float>(0.1 * (x + 0.5) / 32);
   }
-  const Mesh mesh = displaced(with_normals(testing_support::unit_plane(2.0)), ramp, 1.0, 100000, ReliefNormals::Turned);
+  const Mesh mesh = moved_by(with_normals(testing_support::unit_plane(2.0)), ramp, 1.0);
   const double edge = 1.0 / 32;  // The ramp ends half a texel before the rim.
   for (const Vec3& p : mesh.positions) {
     if (p.x() / 2.0 < edge || p.x() / 2.0 > 1.0 - edge) continue;
@@ -196,8 +219,7 @@ TEST(Relief, OfAClosedBodyLetsNoRayOutAlongItsSeams) {
   for (Vec3& p : closed.positions) {
     for (double& x : p) x = std::round(x * 1e9) * 1e-9;  // Both ends of the seam are where sine says but for rounding.
   }
-  const Mesh mesh =
-      displaced(with_shared_positions(std::move(closed)), waves(96, 0.03), 1.0, 60000, ReliefNormals::Turned);
+  const Mesh mesh = moved_by(with_shared_positions(std::move(closed)), waves(96, 0.03), 1.0);
   const RayScene scene(mesh);
   constexpr int kRays = 20000;
   for (int i = 0; i < kRays; ++i) {

@@ -36,8 +36,9 @@ struct SurfaceOptions {
 /// Visits every field.
 void describe(OptionVisitor& v, SurfaceOptions& o);
 
-/// A surface as a camera may see it from anywhere: displaced, its occlusion found. Immutable, thread-safe; same
-/// pictures for any number of threads. Memory: about 400 bytes a triangle, of which relief makes at most 1.2 million.
+/// A surface as a camera may see it from anywhere: displaced, its occlusion found. Pictures are thread-safe, and the
+/// same pictures for any number of threads. Memory: about 400 bytes a triangle, of which relief makes at most 1.2
+/// million.
 ///
 /// Diffuse light as in render(). Highlights are GGX lobes with Schlick's Fresnel term whose lost energy is made good
 /// [Turquin 2019]; what they reflect is traced against the scene for one bounce, by one ray per sample of a pixel, and
@@ -62,9 +63,13 @@ class SurfaceView {
   /// From another direction; the lamp and the surroundings turn with the camera.
   [[nodiscard]] ImageF picture(double azimuth_deg, double elevation_deg, const RunControl& control = {}) const;
 
+  /// Shows other maps on the same surface, such as those of another time. Occlusion and refinement are kept. Not while
+  /// pictures are made. @throws InvalidInput as the constructor.
+  void show(SurfaceMaps maps, const RunControl& control = {});
+
  private:
   struct Impl;
-  std::unique_ptr<const Impl> impl_;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace patinate

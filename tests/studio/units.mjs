@@ -11,7 +11,7 @@ const client = resolve(process.argv[2] ?? "tools/studio/client");
 const { build } = createRequire(join(client, "package.json"))("esbuild");
 const folder = await mkdtemp(join(tmpdir(), "patinate-units-"));
 after(() => rm(folder, { recursive: true }));
-const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief", "ui/keys", "color/range", "ui/numbers", "scene/picking", "simulation/way", "simulation/recorded", "capture/landmarks"];
+const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief", "ui/keys", "color/range", "ui/numbers", "scene/picking", "simulation/way", "simulation/recorded", "capture/landmarks", "build/document", "build/paths"];
 await build({ stdin: { contents: `${modules.map((m) => `export * from "./src/${m}";`).join("\n")}\nexport * as THREE from "three";`, resolveDir: client, loader: "ts" }, bundle: true, format: "esm", platform: "node", outfile: join(folder, "units.mjs"), logLevel: "warning" });
 const u = await import(pathToFileURL(join(folder, "units.mjs")).href);
 
@@ -278,4 +278,60 @@ test("a point has one mark in a photograph, inside of it, and undo goes back cha
   marks.undo();
   assert.equal(marks.at(1, "2"), undefined);
   assert.ok(marks.is_changed && !marks.can_undo);
+});
+
+test("a patch holds the members that differ, and pointers name members with any letters", () => {
+  const before = { a: 1, "b/c": { "~d": [1, 2] }, e: 0 }, after = u.copy_of(before);
+  u.set_at(after, u.pointer_to("b/c", "~d", 1), 3);
+  u.set_at(after, "/f/g", true);
+  u.set_at(after, "/a", undefined);
+  assert.equal(u.get_at(after, "/b~1c/~0d/1"), 3);
+  assert.deepEqual(u.patch_of(before, after), [{ op: "remove", path: "/a" }, { op: "replace", path: "/b~1c", value: { "~d": [1, 3] } }, { op: "add", path: "/f", value: { g: true } }]);
+  assert.deepEqual(u.patch_of(before, u.copy_of(before)), []);
+});
+
+const kScene = () => ({
+  materials: ["water", "rust"], appearance: { rust: { strength: 1 } }, exchange: { rates: { rust: 0.1, water: 0.3 } }, tracing: { wet_material: "water" },
+  objects: [{ name: "wall", initial: { rust: "0.5*damp" } }, { name: "sill" }], emitters: [{ name: "rain", carries: { water: 1 } }],
+  rules: ["evaporation", { name: "rust", driver: "min(rust, water) * rusty", where: ["wall"], products: { rust: 1 } }],
+  events: [{ op: "rate", target: "rust", rate: 0 }, { op: "switch", target: "rain", on: false }, { op: "rule", target: "rust", rate: 1 }], run: { controls: ["hits", "rust.final"] },
+});
+
+test("a material's new name goes everywhere that names it, and nowhere else", () => {
+  const doc = kScene();
+  u.rename(doc, "material", 1, "ochre", "rust");
+  assert.deepEqual([doc.materials, doc.appearance, doc.exchange.rates, doc.objects[0].initial], [["water", "ochre"], { ochre: { strength: 1 } }, { ochre: 0.1, water: 0.3 }, { ochre: "0.5*damp" }]);
+  assert.deepEqual(doc.rules[1], { name: "rust", driver: "min(ochre, water) * rusty", where: ["wall"], products: { ochre: 1 } });
+  assert.deepEqual([doc.events[0].target, doc.events[2].target, doc.run.controls], ["ochre", "rust", ["hits", "ochre.final"]]);
+});
+
+test("what is renamed or removed takes its events along", () => {
+  const doc = kScene();
+  u.rename(doc, "emitter", 0, "storm", "rain");
+  u.rename(doc, "object", 0, "house", "wall");
+  assert.deepEqual([doc.emitters[0].name, doc.events[1].target, doc.rules[1].where], ["storm", "storm", ["house"]]);
+  u.remove(doc, "emitter", 0, "storm");
+  u.remove(doc, "rule", 1, "rust");
+  assert.deepEqual([doc.emitters, doc.rules, doc.events], [[], ["evaporation"], [{ op: "rate", target: "rust", rate: 0 }]]);
+  u.remove(doc, "material", 1, "rust");
+  assert.deepEqual([doc.materials, doc.appearance, doc.exchange.rates, doc.run.controls], [["water"], {}, { water: 0.3 }, ["hits"]]);
+});
+
+test("copies have names that are free", () => {
+  const doc = kScene();
+  assert.equal(u.duplicate(doc, "object", 0, ["wall", "sill"]), "wall 2");
+  assert.equal(u.duplicate(doc, "object", 1, ["wall", "wall 2", "sill"]), "wall 3");
+  assert.deepEqual(doc.objects.map((o) => o.name), ["wall", "wall 2", "wall 3", "sill"]);
+  assert.equal(u.duplicate(doc, "material", 1, doc.materials), "rust_2");
+  assert.deepEqual([doc.materials, doc.appearance.rust_2], [["water", "rust", "rust_2"], { strength: 1 }]);
+});
+
+test("files get names that are files' everywhere, and paths lead from the scene to the mesh", () => {
+  assert.equal(u.plain_name("Old wall (north).OBJ"), "Old_wall_north.obj");
+  assert.equal(u.plain_name("../../etc/x.stl"), "etc_x.stl");
+  assert.equal(u.plain_name("\u00dcrne.ply"), "rne.ply");
+  assert.equal(u.plain_name("...glb"), "mesh.glb");
+  assert.equal(u.relative_path("a/b/scene.json", "a/c/mesh.obj"), "../c/mesh.obj");
+  assert.equal(u.relative_path("scene.json", "mesh.obj"), "mesh.obj");
+  assert.equal(u.relative_path("a/scene.json", "a/mesh.obj"), "mesh.obj");
 });

@@ -30,8 +30,8 @@ struct LiveEngine::Client {
   Clock::time_point last_update{};
 };
 
-/// {"type": "done"} with the id of the request.
-[[nodiscard]] std::string done_text(const Json& id);
+/// {"type": "done"} with the id of the request and further members.
+[[nodiscard]] std::string done_text(const Json& id, const Json& answer = Json::object());
 [[nodiscard]] std::string error_text(const Json& id, const std::string& message);
 /// Says why nothing runs here and closes, so that a client knows not to come back by itself.
 void refuse(WebSocketPeer& peer, const std::string& why);

@@ -94,6 +94,7 @@ struct LiveEngine::Commands {
     LiveEngine& engine;
     Client& client;
     const Json& request;
+    Json& answer;  ///< Members of what the client gets besides "done".
   };
   struct Command {
     std::string_view op;
@@ -205,6 +206,20 @@ struct LiveEngine::Commands {
     const int y = static_cast<int>(integer_member(c.request, "y", 0, c.engine.layout_.height() - 1));
     c.client.peer->send_text(c.engine.probe(x, y).dump(-1, ' ', false, Json::error_handler_t::replace));
   }
+  static std::uint64_t state(const Call& c) {
+    return static_cast<std::uint64_t>(integer_member(c.request, "state", 0, std::int64_t{1} << 60));
+  }
+  static void document(const Call& c) {
+    const Json document = c.engine.document();
+    c.answer = {{"document", document}, {"state", c.engine.document_state()}, {"text", readable_text(document)}};
+  }
+  static void check(const Call& c) { c.answer = {{"problem", c.engine.check(member(c.request, "patch"), state(c))}}; }
+  static void edit(const Call& c) {
+    const std::string label = text_member(c.request, "label");
+    if (label.empty() || label.size() > kMaxLabel)
+      throw InvalidInput("/label: found \"" + label + "\"; expected 1 to " + std::to_string(kMaxLabel) + " bytes");
+    c.engine.edit(member(c.request, "patch"), state(c), label);
+  }
   static void cancel(const Call& c) { c.engine.exporting_.request_stop(); }
 
   static constexpr std::array kAll{Command{"run", run},       Command{"pause", pause},
@@ -215,7 +230,8 @@ struct LiveEngine::Commands {
                                    Command{"watch", watch},   Command{"hash", hash},
                                    Command{"save", save},     Command{"export", export_all},
                                    Command{"cancel", cancel}, Command{"outcome", outcome},
-                                   Command{"probe", probe}};
+                                   Command{"probe", probe},   Command{"document", document},
+                                   Command{"check", check},   Command{"edit", edit}};
 };
 
 void LiveEngine::receive(int id, const std::string& text) {
@@ -244,10 +260,16 @@ void LiveEngine::receive(int id, const std::string& text) {
       throw InvalidInput(
           "/op: found \"" + op +
           "\"; expected run, pause, step, reset, event, stroke, undo, redo, resume, appearance, watch, ack, "
-          "hash, save, export, cancel, outcome or probe");
-    command->run({*this, client, request});
+          "hash, save, export, cancel, outcome, probe, document, check or edit");
+    Json answer = Json::object();
+    command->run({*this, client, request, answer});
     has_news_ = true;
-    client.peer->send_text(done_text(request_id));
+    if (next_) {  // The scene that comes answers.
+      next_->client = id;
+      next_->request = request_id;
+      return;
+    }
+    client.peer->send_text(done_text(request_id, answer));
     send_scene();
   } catch (const std::exception& e) {
     client.peer->send_text(error_text(request_id, e.what()));

@@ -39,10 +39,9 @@ double memory_mb() {
   return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-std::optional<double> slider_of(const std::filesystem::path& file) {
-  const Json root = load_json(file);
-  if (!root.contains("behavior") || !root["behavior"].contains("slider")) return std::nullopt;
-  return root["behavior"]["slider"].get<double>();
+std::optional<double> slider_of(const Json& root) {
+  if (!root.contains("behavior") || !root.at("behavior").contains("slider")) return std::nullopt;
+  return root.at("behavior").at("slider").get<double>();
 }
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
@@ -51,7 +50,11 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
 
 }  // namespace
 
-std::string done_text(const Json& id) { return Json{{"type", "done"}, {"id", id}}.dump(); }
+std::string done_text(const Json& id, const Json& answer) {
+  Json done{{"type", "done"}, {"id", id}};
+  done.update(answer);
+  return done.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
 std::string error_text(const Json& id, const std::string& message) {
   return Json{{"type", "error"}, {"id", id}, {"message", message}}.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -67,12 +70,12 @@ LiveEngine::LiveEngine(simulation::SceneFile file, const ServedFolder& folder, c
     : folder_(folder),
       options_(options),
       file_(std::move(file)),
-      record_(file_),
+      record_(file_, options.document ? *options.document : load_json(file_.file)),
       simulation_(with_brush(file_, record_), simulation_options(file_, options), control),
       layout_(simulation_.atlas().surface()),
       planes_(layout_),
       start_(simulation_.snapshot()),
-      slider_(slider_of(file_.file)),
+      slider_(slider_of(*record_.written())),
       start_slider_(slider_),
       fitting_rules_(simulation::built_in_rules_for(file_.scene.materials)),
       is_exporting_(std::make_shared<std::atomic<bool>>(false)) {
@@ -168,6 +171,8 @@ Json LiveEngine::scene_json() const {
             {"bounds_mm", {{box.low.x(), box.low.y(), box.low.z()}, {box.high.x(), box.high.y(), box.high.z()}}},
             {"notes", notes},
             {"steps", steps_json()},
+            {"edited", is_edited_ || record_.num_events() > 0 || !record_.appearance().empty()},
+            {"can_edit", options_.finished.empty()},
             {"recording", recording_json()}};
   if (stroke_ && stroke_->shown) json.update(*stroke_->shown);
   return json;

@@ -36,6 +36,8 @@ struct LiveOptions {
   double most_updates_s = 60.0;                                          ///< To one client.
   std::filesystem::path place;     ///< Recordings are of this place, below the served folder; "" = nothing is recorded.
   std::filesystem::path finished;  ///< A simulation folder whose end is where it begins; "" = the start of the scene.
+  std::shared_ptr<const Json> document = nullptr;  ///< What the scene was read from; null: its file.
+  std::shared_ptr<simulation::SceneAssets> assets = std::make_shared<simulation::SceneAssets>();  ///< Read so far.
 };
 
 /// Not thread-safe: one thread calls. Peers are called from it.
@@ -59,6 +61,12 @@ class LiveEngine {
   [[nodiscard]] const simulation::Simulation& simulation() const { return simulation_; }
   [[nodiscard]] const TilePlanes& planes() const { return planes_; }
   [[nodiscard]] ReliefRange relief() const { return relief_; }
+  /// Whether the scene is to be built anew: take_next() then.
+  [[nodiscard]] bool has_next() const { return next_.has_value(); }
+  /// The engine of the scene that an edit, undo or redo has made; this one has then given it its clients and ends.
+  /// @param device  As LiveOptions::device. @returns null where that scene cannot be built: this one goes on.
+  [[nodiscard]] std::unique_ptr<LiveEngine> take_next(std::shared_ptr<const simulation::SimulationDevice> device,
+                                                      const RunControl& control);
   /// One node an object, where they are now.
   [[nodiscard]] std::string mesh_glb() const;
 
@@ -72,6 +80,21 @@ class LiveEngine {
     std::optional<double> slider;
     std::int64_t picture_of = 0;
     std::string opened;
+  };
+  /// A scene as it was written, with what set_appearance() has changed.
+  struct Document {
+    std::shared_ptr<const Json> root;
+    bool is_edited = false;  ///< It is not that of the file any more.
+  };
+  /// The scene that comes after this one.
+  struct Next {
+    enum What { Edit, Undo, Redo, Resume };
+    What what = Edit;
+    std::int64_t count = 1;  ///< Of steps that are undone or redone.
+    std::string label = {};
+    std::shared_ptr<const Json> document = nullptr;
+    int client = 0;  ///< Who asks.
+    Json request = nullptr;
   };
   /// What set_appearance() changes.
   struct AppearanceState {
@@ -89,6 +112,7 @@ class LiveEngine {
     std::int64_t gesture = 0;
   };
   /// One step that undo takes back, or redo brings again: one of the three is set, and is exchanged for its opposite.
+  /// A moment of another scene has its document.
   struct Step {
     std::string label;           ///< "Ratio 0.6"
     std::int64_t iteration = 0;  ///< When it was made.
@@ -97,7 +121,8 @@ class LiveEngine {
     Clock::time_point made{};
     std::vector<BackEvent> events;  ///< Settings, moves.
     std::optional<AppearanceState> appearance;
-    std::optional<Moment> moment;     ///< Strokes, returns to the start.
+    std::optional<Moment> moment;  ///< Strokes, returns to the start, edits.
+    std::optional<Document> document;
     bool is_stroke = false;           ///< The iterations since are done again without it.
     std::size_t num_events_then = 0;  ///< Of the record, at the end of the stroke.
   };
@@ -127,6 +152,7 @@ class LiveEngine {
   [[nodiscard]] Json recording_json() const;
   void keep(bool is_last);
   void resume();
+  void begin_replay();
   void stop_replay();
   [[nodiscard]] bool go_through(const std::stop_token& stop);
   // live_finished.cpp
@@ -174,6 +200,17 @@ class LiveEngine {
   void forget_the_oldest();
   [[nodiscard]] bool is_doing_again() const { return replay_ && !replay_->is_recording; }
   [[nodiscard]] Json steps_json() const;
+  // live_document.cpp
+  [[nodiscard]] Json document() const;
+  [[nodiscard]] std::uint64_t document_state() const { return record_.version() + (std::uint64_t{num_edits_} << 32); }
+  [[nodiscard]] Json edited(const Json& patch, std::uint64_t state) const;
+  [[nodiscard]] simulation::SceneFile read(const Json& document, const RunControl& control) const;
+  [[nodiscard]] Json check(const Json& patch, std::uint64_t state) const;
+  void edit(const Json& patch, std::uint64_t state, const std::string& label);
+  [[nodiscard]] Document written() const;
+  [[nodiscard]] static std::int64_t num_edits_at_end(const std::deque<Step>& steps, std::int64_t most);
+  void leave_scene(Next::What what, std::int64_t count);
+  void follow(LiveEngine& before, const Next& next);
   // live_opposites.cpp
   [[nodiscard]] std::vector<BackEvent> opposite(const simulation::SceneEvent& event) const;
   void perform_now(const Json& event_without_iteration);
@@ -205,6 +242,9 @@ class LiveEngine {
   ImageU8 start_color_;      ///< What it looked like then.
   std::deque<Step> past_;    ///< The last one is undone first.
   std::deque<Step> future_;  ///< Undone; the last one is redone first.
+  std::optional<Next> next_;
+  bool is_edited_ = false;       ///< The scene is not that of its file any more.
+  std::uint32_t num_edits_ = 0;  ///< Of this scene and those before it.
   std::optional<Stroke> stroke_;
   std::optional<double> slider_, start_slider_;       ///< Sliders of Figure 10, unless the behavior was set otherwise.
   std::vector<simulation::RuleAsset> fitting_rules_;  ///< Built-in ones whose materials the scene has.

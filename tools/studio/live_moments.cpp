@@ -139,6 +139,10 @@ void LiveEngine::undo(std::int64_t count) {
   if (past_.empty()) throw InvalidInput("there is nothing to undo");
   finish_stroke();
   for (; count > 0 && !past_.empty(); --count) {
+    if (past_.back().document) {  // The rest is undone in the scene that comes.
+      leave_scene(Next::Undo, count);
+      return;
+    }
     exchange(past_.back(), true);
     future_.push_back(std::move(past_.back()));
     past_.pop_back();
@@ -150,6 +154,10 @@ void LiveEngine::redo(std::int64_t count) {
   if (future_.empty()) throw InvalidInput("there is nothing to redo");
   finish_stroke();
   for (; count > 0 && !future_.empty(); --count) {
+    if (future_.back().document) {
+      leave_scene(Next::Redo, count);
+      return;
+    }
     exchange(future_.back(), false);
     past_.push_back(std::move(future_.back()));
     future_.pop_back();

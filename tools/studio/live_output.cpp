@@ -5,6 +5,7 @@
 #include <atomic>
 #include <nlohmann/json.hpp>
 
+#include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
@@ -13,6 +14,7 @@
 #include "simulation/job/simulation_job.h"
 #include "simulation/job/simulation_output.h"
 #include "tools/studio/live_client.h"
+#include "tools/studio/scene_text.h"
 
 namespace patinate::studio {
 
@@ -37,7 +39,7 @@ void LiveEngine::save(const std::string& name) {
   const fs::path path = folder_.new_path(name);
   if (path.extension() != ".json") throw InvalidInput("\"" + name + "\": a scene file ends in .json");
   catch_up();  // Drawn strokes are in the file, painted already or not.
-  save_json(path, record_.file_for(path.parent_path(), iteration()));
+  write_atomically(path, readable_text(record_.file_for(path.parent_path(), iteration())));
 }
 
 void LiveEngine::export_to(const std::string& name, const std::vector<std::string>& what,
@@ -54,7 +56,7 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
   const fs::path folder = folder_.new_path(name);
   catch_up();
   fs::create_directory(folder);
-  save_json(folder / "scene.json", record_.file_for(folder, iteration()));
+  write_atomically(folder / "scene.json", readable_text(record_.file_for(folder, iteration())));
   if (wants("textures") || wants("glb")) {
     simulation::write_composed_files(folder, file_.name, simulation_, "");
     std::error_code ignored;

@@ -13,6 +13,7 @@ namespace patinate::studio {
 
 namespace {
 
+constexpr const char* kResumeStep = "Resume what was painted";
 constexpr double kKeepSeconds = 0.4;            ///< From one writing to the next.
 constexpr double kKeepIterationsSeconds = 5.0;  ///< Where nothing was done and only iterations passed.
 
@@ -53,19 +54,30 @@ void LiveEngine::keep(bool is_last) {
   kept_at_ = Clock::now();
   kept_version_ = record_.version();
   kept_iteration_ = iteration();
-  if (record_.num_events() == 0 && record_.appearance().empty()) {
+  if (record_.num_events() == 0 && record_.appearance().empty() && !is_edited_) {
     if (std::exchange(is_keeping_, false)) recording_->put_aside();
     return;
   }
   is_keeping_ = true;
   recording_->keep(iteration(), record_.events_json(), record_.appearance(),
-                   record_.file_for(recording_->folder(), iteration()));
+                   record_.file_for(recording_->folder(), iteration()), is_edited_ ? record_.written() : nullptr);
 }
 
 void LiveEngine::resume() {
   if (!recording_ || !recording_->found() || (replay_ && replay_->is_recording) || is_resumed_)
     throw InvalidInput("there is no recording of an earlier run to resume");
   finish_stroke();
+  stop_replay();
+  if (const auto& edited = recording_->found()->document) {
+    next_ = Next{.what = Next::Resume, .label = kResumeStep, .document = edited};
+    return;
+  }
+  if (record_.num_events() > 0 || iteration() > 0) remember(kResumeStep, false);
+  begin_replay();
+}
+
+/// Of the found recording.
+void LiveEngine::begin_replay() {
   const Recording& found = *recording_->found();
   Replay replay;
   for (const Json& event : *found.events) replay.events.push_back(std::make_shared<Json>(event));
@@ -75,7 +87,6 @@ void LiveEngine::resume() {
       replay.events.empty() ? found.iterations : (*replay.events.front())["iteration"].get<std::int64_t>();
   const bool goes_on = record_.num_events() == 0 && simulation_.num_paint_steps() == 0 &&
                        iteration() <= std::min(first, found.iterations) && (picture_of_ == 0 || replay.events.empty());
-  if (record_.num_events() > 0 || iteration() > 0) remember("Resume what was painted", false);
   if (!goes_on) go_to({.state = start_, .events = {}, .slider = start_slider_, .picture_of = 0, .opened = ""});
   if (!found.appearance->empty()) set_appearance(*found.appearance, 0);
   replay_ = std::move(replay);

@@ -27,7 +27,10 @@ std::pair<simulation::SceneFile, LiveOptions> source_of(const fs::path& path, Pl
   options.num_threads = means.num_threads;
   if (means.open_device) options.device = means.open_device();
   options.place = path;
-  if (kind == PlaceKind::Scene) return {simulation::read_scene(path, control), options};
+  if (kind == PlaceKind::Scene) {
+    options.document = std::make_shared<const Json>(load_json(path));
+    return {simulation::read_scene(path, *options.document, *options.assets, control), options};
+  }
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(path);
   options.color_form = manifest.color_form;
   options.finished = path;
@@ -74,8 +77,8 @@ void LiveScene::run(const fs::path& path, PlaceKind kind, const ServedFolder& fo
       tell_all(Json{{"type", "progress"}, {"text", "Reading the scene"}, {"done", f}, {"total", 1}}.dump());
     };
     auto [file, options] = source_of(path, kind, means, control.part(0.0, 0.5));
-    LiveEngine engine(std::move(file), folder, options, control.part(0.5, 1.0));
-    serve(engine, stop);
+    auto engine = std::make_unique<LiveEngine>(std::move(file), folder, options, control.part(0.5, 1.0));
+    serve(std::move(engine), means, control);
   } catch (const Canceled&) {
   } catch (const std::exception& e) {
     const std::lock_guard lock(mutex_);
@@ -85,7 +88,8 @@ void LiveScene::run(const fs::path& path, PlaceKind kind, const ServedFolder& fo
   }
 }
 
-void LiveScene::serve(LiveEngine& engine, const std::stop_token& stop) {
+void LiveScene::serve(std::unique_ptr<LiveEngine> engine, const LiveMeans& means, const RunControl& control) {
+  const std::stop_token& stop = control.stop;
   {
     const std::lock_guard lock(mutex_);
     is_running_ = true;
@@ -100,8 +104,14 @@ void LiveScene::serve(LiveEngine& engine, const std::stop_token& stop) {
       tasks.swap(tasks_);
       num_task_bytes_ = 0;
     }
-    for (const auto& task : tasks) task(engine);
-    has_more = engine.advance(stop);
+    for (const auto& task : tasks) {
+      task(*engine);
+      while (engine->has_next()) {
+        auto next = engine->take_next(means.open_device ? means.open_device() : nullptr, control);
+        if (next) engine = std::move(next);
+      }
+    }
+    has_more = engine->advance(stop);
   }
 }
 

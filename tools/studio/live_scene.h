@@ -52,7 +52,7 @@ class LiveScene {
  private:
   void run(const std::filesystem::path& path, PlaceKind kind, const ServedFolder& folder, const LiveMeans& means,
            const std::stop_token& stop);
-  void serve(LiveEngine& engine, const std::stop_token& stop);
+  void serve(std::unique_ptr<LiveEngine> engine, const LiveMeans& means, const RunControl& control);
   void tell_all(const std::string& text);
   void post(std::function<void(LiveEngine&)> task);
 

@@ -49,6 +49,7 @@ Recording read_recording(JsonReader& json, const Json& root, const fs::path& pat
   return {.iterations = json.member("iterations").integer(at_least(last)),
           .events = std::make_shared<const Json>(root.at("events")),
           .appearance = std::make_shared<const Json>(root.at("appearance")),
+          .document = root.contains("document") ? std::make_shared<const Json>(root.at("document")) : nullptr,
           .modified = modified_text(path)};
 }
 
@@ -102,9 +103,11 @@ RecordingFile::RecordingFile(const ServedFolder& folder, const fs::path& place, 
 
 RecordingFile::~RecordingFile() = default;
 
-void RecordingFile::keep(std::int64_t iterations, const Json& events, const Json& appearance, const Json& scene) {
-  const Json root{{"format", kFormat},        {"version", 2},     {"place", place_},          {"scene_key", key_},
-                  {"iterations", iterations}, {"events", events}, {"appearance", appearance}, {"scene", scene}};
+void RecordingFile::keep(std::int64_t iterations, const Json& events, const Json& appearance, const Json& scene,
+                         const std::shared_ptr<const Json>& document) {
+  Json root{{"format", kFormat},        {"version", 2},     {"place", place_},          {"scene_key", key_},
+            {"iterations", iterations}, {"events", events}, {"appearance", appearance}, {"scene", scene}};
+  if (document) root["document"] = *document;
   std::string text = root.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   {
     const std::scoped_lock lock(mutex_);

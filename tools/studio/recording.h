@@ -30,6 +30,7 @@ struct Recording {
   std::int64_t iterations = 0;             ///< Done when it was written.
   std::shared_ptr<const Json> events;      ///< An array, as SceneRecord has them.
   std::shared_ptr<const Json> appearance;  ///< Members of "appearance" that were set.
+  std::shared_ptr<const Json> document;    ///< The scene that they are of; null: that of the place.
   std::string modified;                    ///< "2026-11-21T15:04:05Z"
 };
 
@@ -55,7 +56,9 @@ class RecordingFile {
   /// Takes the place of what was kept before; returns at once. What is of an earlier run, or of another program, is put
   /// aside first, unless it continues.
   /// @param scene  The scene file that ends where the studio is, with paths from folder().
-  void keep(std::int64_t iterations, const Json& events, const Json& appearance, const Json& scene);
+  /// @param document  As Recording::document.
+  void keep(std::int64_t iterations, const Json& events, const Json& appearance, const Json& scene,
+            const std::shared_ptr<const Json>& document);
   /// There is nothing to keep any more: what was kept is put aside, or removed where another has been put aside for it.
   void put_aside();
   /// Continues the found recording.

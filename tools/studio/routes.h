@@ -62,6 +62,13 @@ struct Asked {
 /// Saves such points to the project and its table. @throws Conflict if the project was changed since it was read;
 /// InvalidInput, IoError, CannotComplete, and nothing was saved.
 [[nodiscard]] HttpResponse save_landmarks(const Asked& asked, const std::string& body);
+/// Puts a mesh file into the folder under a name that is free. @throws InvalidInput, and nothing was kept, where it is
+/// no mesh.
+[[nodiscard]] HttpResponse save_mesh(const Asked& asked, const std::string& body);
+/// How large a mesh is, and in which ways it can be aged.
+[[nodiscard]] HttpResponse answer_begin(const Asked& asked);
+/// Writes a scene file beside a mesh that ages it. @throws InvalidInput, IoError, CannotComplete
+[[nodiscard]] HttpResponse begin_scene(const Asked& asked, const std::string& body);
 
 /// Answer of `GET /api/place` about a place. @throws IoError
 [[nodiscard]] Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const std::filesystem::path& path,

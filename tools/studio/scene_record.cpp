@@ -7,6 +7,7 @@
 #include "patinate/core/error.h"
 #include "simulation/files/scene_files.h"
 #include "simulation/files/scene_json.h"
+#include "simulation/rules/rule_io.h"
 #include "tools/studio/scene_text.h"
 
 namespace patinate::studio {
@@ -33,11 +34,56 @@ bool does_the_same(const Json& a, const Json& b) {
   return a["iteration"] == b["iteration"] && a["op"] == b["op"] && target(a) == target(b) && what(a) == what(b);
 }
 
+/// The element of a list of objects or emitters with this name; null = none.
+Json* named(Json& list, const std::string& name) {
+  for (Json& element : list) {
+    if (element.is_object() && element.value("name", "") == name) return &element;
+  }
+  return nullptr;
+}
+
+/// Members that an event gives anew.
+void take_members(const Json& event, std::initializer_list<const char*> names, Json& to) {
+  for (const char* name : names) {
+    if (event.contains(name)) to[name] = event.at(name);
+  }
+}
+
+/// @param rules  Names of the scene's rules, in their order.
+void settle_rule(Json& root, const Json& event, const std::vector<std::string>& rules) {
+  const std::string target = event.value("target", "");
+  Json& list = root["rules"];
+  if (!list.is_array()) list = Json::array();
+  const auto at = static_cast<std::size_t>(std::find(rules.begin(), rules.end(), target) - rules.begin());
+  if (at >= list.size()) list.push_back({{"name", target}});
+  Json& rule = at < list.size() ? list[at] : list.back();
+  if (rule.is_string()) rule = {{simulation::is_rule_path(rule.get<std::string>()) ? "file" : "name", rule}};
+  take_members(event, {"driver", "rate", "products", "reactants", "where"}, rule);
+}
+
+/// Makes what an event sets the beginning of the scene.
+void settle(Json& root, const Json& event, const std::vector<std::string>& rules) {
+  const std::string op = event.value("op", ""), target = event.value("target", "");
+  if (op == "ratio") root["exchange"]["ratio"] = event.at("ratio");
+  if (op == "rate") root["exchange"]["rates"][target] = event.at("rate");
+  if (op == "behavior") root["behavior"] = event.at("behavior");
+  if (op == "rule") settle_rule(root, event, rules);
+  if (op == "emitter") {
+    if (Json* emitter = named(root["emitters"], event.at("emitter").value("name", "")))
+      emitter->update(event.at("emitter"));
+  }
+  if (Json* emitter = named(root["emitters"], target)) take_members(event, {"position", "on"}, *emitter);
+  if (Json* object = named(root["objects"], target)) {
+    take_members(event, {"rotate", "scale"}, *object);
+    if (event.contains("position")) (*object)["translate"] = event.at("position");
+  }
+}
+
 }  // namespace
 
-SceneRecord::SceneRecord(const simulation::SceneFile& scene)
+SceneRecord::SceneRecord(const simulation::SceneFile& scene, Json root)
     : folder_(fs::canonical(scene.file).parent_path()),
-      root_(std::make_shared<Json>(load_json(scene.file))),
+      root_(std::make_shared<Json>(std::move(root))),
       appearance_(std::make_shared<Json>(Json::object())) {}
 
 std::size_t SceneRecord::num_events() const { return events_.size(); }
@@ -137,6 +183,14 @@ Json SceneRecord::file_for(const fs::path& folder, std::int64_t iterations) cons
     for (const Json& event : root["events"]) events.push_back(event);
   }
   root["events"] = std::move(events);
+  return root;
+}
+
+Json SceneRecord::settled(const simulation::Scene& scene) const {
+  Json root = *root_;
+  std::vector<std::string> rules;
+  for (const simulation::Rule& rule : scene.rules) rules.push_back(rule.name);
+  for (const auto& event : events_) settle(root, *event, rules);
   return root;
 }
 

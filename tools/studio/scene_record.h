@@ -17,8 +17,8 @@ namespace patinate::studio {
 /// The scene file as its user wrote it (without comments), and what has come to it since.
 class SceneRecord {
  public:
-  /// @param scene  As it was read from its file. @throws IoError
-  explicit SceneRecord(const simulation::SceneFile& scene);
+  /// @param scene  As it was read from `root`. @throws IoError
+  SceneRecord(const simulation::SceneFile& scene, Json root);
   SceneRecord(const SceneRecord&) = delete;
   SceneRecord& operator=(const SceneRecord&) = delete;
 
@@ -59,6 +59,11 @@ class SceneRecord {
   /// events come before those of the file that happen in the same iteration, as they did here.
   /// @param iterations  Done so far; 0 leaves the file's own, unless something was painted.
   [[nodiscard]] Json file_for(const std::filesystem::path& folder, std::int64_t iterations) const;
+  /// The scene file without what was done since, but with the looks that were set.
+  [[nodiscard]] std::shared_ptr<const Json> written() const { return std::make_shared<const Json>(*root_); }
+  /// A scene file that begins with all settings as they are now; strokes are not in it.
+  /// @param scene  It now.
+  [[nodiscard]] Json settled(const simulation::Scene& scene) const;
 
  private:
   std::filesystem::path folder_;  ///< Folder of the original file.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "patinate/core/error.h"
 #include "simulation/files/scene_json.h"
@@ -49,7 +50,43 @@ Json emitter_json(const simulation::Emitter& e, const std::vector<std::string>& 
   return json;
 }
 
+/// In one line, with a blank behind every comma and colon.
+std::string line_text(const Json& json) {
+  if (!json.is_structured()) return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string text;
+  for (const auto& [key, value] : json.items()) {
+    text += (text.empty() ? "" : ", ") + (json.is_object() ? line_text(Json(key)) + ": " : "") + line_text(value);
+  }
+  return json.is_object() ? "{" + text + "}" : "[" + text + "]";
+}
+
+/// @param num_before  Characters of the line so far, behind the indent.
+void write_readable(const Json& json, const std::string& indent, std::size_t num_before, std::string& text) {
+  constexpr std::size_t kLineLength = 110;
+  const std::string line = line_text(json);
+  const bool is_top = indent.empty(), fits = indent.size() + num_before + line.size() <= kLineLength;
+  if (!json.is_structured() || json.empty() || (fits && !is_top)) {
+    text += line;
+    return;
+  }
+  const std::string inner = indent + "  ";
+  text += json.is_array() ? "[" : "{";
+  std::string end = "\n";
+  for (const auto& [key, value] : json.items()) {
+    const std::string name = json.is_object() ? line_text(Json(key)) + ": " : "";
+    text += std::exchange(end, ",\n") + inner + name;
+    write_readable(value, inner, name.size(), text);
+  }
+  text += "\n" + indent + (json.is_array() ? "]" : "}");
+}
+
 }  // namespace
+
+std::string readable_text(const Json& json) {
+  std::string text;
+  write_readable(json, "", 0, text);
+  return text + "\n";
+}
 
 Json emitters_json(const simulation::Scene& scene) {
   Json list = Json::array();

@@ -27,6 +27,9 @@ namespace patinate::studio {
 [[nodiscard]] Json emitter_of_file(const simulation::Emitter& emitter, const std::vector<std::string>& materials,
                                    double mm_per_unit);
 
+/// A document as a person writes it: indented by two, but what fits stands in one line. Ends with a newline.
+[[nodiscard]] std::string readable_text(const Json& json);
+
 /// Event of a client (lengths in mm) as an element of a scene file's "events": lengths in its unit, with the
 /// iteration. Numbers are not checked here. @throws InvalidInput if it is no object or has an iteration.
 [[nodiscard]] Json event_of_file(const Json& event, double mm_per_unit, std::int64_t iteration);

@@ -1,6 +1,11 @@
 #include "tools/studio/served_folder.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <system_error>
 
 #include "libcommon/job/result_folder.h"
 #include "patinate/core/error.h"
@@ -54,7 +59,7 @@ std::optional<fs::path> ServedFolder::find_below(const fs::path& place, std::str
   return existing_below(folder, name);
 }
 
-fs::path ServedFolder::new_path(std::string_view name) const {
+fs::path ServedFolder::writable_path(std::string_view name) const {
   const std::string shown(name);
   const fs::path path{shown};
   if (!is_plain(name) || !path.has_filename() || path.filename() == ".")
@@ -68,10 +73,31 @@ fs::path ServedFolder::new_path(std::string_view name) const {
                        (result == root_ ? "the folder that is served, which is" : name_of(result) + ", which is") +
                        " a finished result and stays as it was made; give a name outside of it");
   }
-  fs::path made = *folder / path.filename();
+  return *folder / path.filename();
+}
+
+fs::path ServedFolder::new_path(std::string_view name) const {
+  fs::path made = writable_path(name);
+  std::error_code error;
   if (fs::symlink_status(made, error).type() != fs::file_type::not_found)
-    throw InvalidInput("\"" + shown + "\" exists; give another name");
+    throw InvalidInput("\"" + std::string(name) + "\" exists; give another name");
   return made;
+}
+
+fs::path ServedFolder::make_file(std::string_view folder, const std::string& stem, const std::string& extension) const {
+  constexpr int kMostOfOneName = 1000;
+  for (int k = 1; k <= kMostOfOneName; ++k) {
+    const std::string name = stem + (k == 1 ? std::string() : "-" + std::to_string(k)) + extension;
+    fs::path path = writable_path((fs::path(std::string(folder)) / name).generic_string());
+    const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
+    if (file >= 0) {
+      ::close(file);
+      return path;
+    }
+    if (errno != EEXIST) throw CannotComplete(path.string() + ": " + std::generic_category().message(errno));
+  }
+  throw InvalidInput("there are " + std::to_string(kMostOfOneName) + " files like \"" + stem + extension +
+                     "\"; give another name");
 }
 
 std::string ServedFolder::name_of(const fs::path& path) const {

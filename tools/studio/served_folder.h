@@ -25,10 +25,18 @@ class ServedFolder {
   /// Where something new may be made: its folder exists inside, is no finished result (history, transfer, simulation,
   /// ...) nor part of one, and it does not exist. @throws InvalidInput that says what is wrong.
   [[nodiscard]] std::filesystem::path new_path(std::string_view name) const;
+  /// Makes an empty file that was not there, in such a place: STEM.EXTENSION, or STEM-2.EXTENSION ... where that is
+  /// taken.
+  /// @param folder  Name of a folder. @throws InvalidInput; CannotComplete
+  [[nodiscard]] std::filesystem::path make_file(std::string_view folder, const std::string& stem,
+                                                const std::string& extension) const;
   /// The name of a path inside; "." for the folder itself.
   [[nodiscard]] std::string name_of(const std::filesystem::path& path) const;
 
  private:
+  /// new_path() whether something is there or not.
+  [[nodiscard]] std::filesystem::path writable_path(std::string_view name) const;
+
   std::filesystem::path root_;
 };
 

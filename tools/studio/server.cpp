@@ -43,7 +43,7 @@ struct HttpServer::State {
   ServerHandlers handlers;
   std::set<std::stop_source*> in_flight;
   std::list<Stranger*> strangers;  ///< Oldest first.
-  int num_known = 0;
+  int num_known = 0, num_uploads = 0;
   bool is_stopping = false;
   asio::io_context io{1};  ///< Behind what open connections touch when it ends.
   tcp::acceptor acceptor;
@@ -209,7 +209,8 @@ class Connection final : public Stranger, public std::enable_shared_from_this<Co
   void read() {
     parser_.emplace();
     parser_->header_limit(static_cast<std::uint32_t>(state_.options.max_header_bytes));
-    parser_->body_limit(state_.options.max_body_bytes);
+    uploading_.reset();
+    parser_->body_limit(state_.options.max_upload_bytes);  // less, once it is known what comes
     stream_.expires_after(std::chrono::seconds(known_ ? state_.options.timeout_s : state_.options.stranger_timeout_s));
     http::async_read_header(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
       if (!self->is_readable(error)) return;
@@ -250,7 +251,16 @@ class Connection final : public Stranger, public std::enable_shared_from_this<Co
       known_ = std::make_shared<Place>(state_.num_known);
       stranger_.reset();
     }
-    stream_.expires_after(std::chrono::seconds(state_.options.timeout_s));
+    const std::size_t num_bytes = parser_->content_length().value_or(0);
+    if (state_.handlers.is_upload && state_.handlers.is_upload(plain(parser_->get()))) {
+      if (state_.num_uploads >= state_.options.num_uploads)
+        return reject(503, "other files are on their way; try again when they have come");
+      uploading_ = std::make_shared<Place>(state_.num_uploads);
+    } else {
+      if (num_bytes > state_.options.max_body_bytes) return reject(413, "the request is too large");
+      parser_->body_limit(state_.options.max_body_bytes);
+    }
+    stream_.expires_after(std::chrono::seconds(state_.options.timeout_s) + time_for(num_bytes));
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
       if (!self->is_readable(error)) return;
       self->have_read();
@@ -295,6 +305,11 @@ class Connection final : public Stranger, public std::enable_shared_from_this<Co
     });
   }
 
+  /// Of slow connections: 100 kB a second.
+  static std::chrono::milliseconds time_for(std::size_t num_bytes) {
+    return std::chrono::milliseconds(num_bytes / 100);
+  }
+
   void reject(int status, const std::string& text) { write({.status = status, .body = text + "\n"}, false); }
 
   void write(HttpResponse response, bool keep_alive) {
@@ -309,7 +324,7 @@ class Connection final : public Stranger, public std::enable_shared_from_this<Co
     message->keep_alive(keep_alive);
     message->prepare_payload();
     stream_.expires_after(std::chrono::seconds(known_ ? state_.options.timeout_s : state_.options.stranger_timeout_s) +
-                          std::chrono::milliseconds(message->body().size() / 100));
+                          time_for(message->body().size()));
     http::async_write(stream_, *message,
                       [self = shared_from_this(), message, keep_alive](error_code error, std::size_t) {
                         if (error || !keep_alive) return self->shut();
@@ -326,7 +341,7 @@ class Connection final : public Stranger, public std::enable_shared_from_this<Co
   HttpServer::State& state_;
   beast::tcp_stream stream_;
   std::optional<StrangersPlace> stranger_;  ///< Exactly one of these two is there while it is open.
-  std::shared_ptr<Place> known_;
+  std::shared_ptr<Place> known_, uploading_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
   std::stop_source gone_;

@@ -39,6 +39,8 @@ struct ServerHandlers {
   /// Called for every request, before its body is read and before a WebSocket opens; must return at once. Status 0 = go
   /// on: who sent it is known from then on, until a request of that connection is refused.
   std::function<HttpResponse(const HttpRequest& request)> admit;
+  /// Whether a request may bring max_upload_bytes; empty: none may. Called as `admit`, after it.
+  std::function<bool(const HttpRequest& request)> is_upload = {};
   /// Called from a few threads at once. `gone` stops when the client has gone or the server ends.
   std::function<HttpResponse(const HttpRequest& request, const std::stop_token& gone)> answer;
   /// A WebSocket has opened. Nothing: it is closed again.
@@ -51,7 +53,9 @@ struct ServerOptions {
   int num_workers = 3;  ///< Requests that are answered at the same time.
   std::size_t max_header_bytes = 16 * 1024;
   std::size_t max_body_bytes = 1024 * 1024;
-  std::size_t max_message_bytes = 1024 * 1024;  ///< Most bytes that a WebSocket may bring.
+  std::size_t max_upload_bytes = std::size_t{128} << 20;  ///< Of an upload.
+  int num_uploads = 2;                                    ///< At the same time. More are answered with 503.
+  std::size_t max_message_bytes = 1024 * 1024;            ///< Most bytes that a WebSocket may bring.
   int num_strangers = 100;     ///< Connections that have shown no token. One more, and the oldest of them is closed.
   int num_known = 100;         ///< Those that have. More are answered with 503 and closed.
   int stranger_timeout_s = 5;  ///< To show a token.

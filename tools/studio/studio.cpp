@@ -39,6 +39,8 @@ HttpResponse secured(HttpResponse response) {
   return response;
 }
 
+constexpr std::string_view kUploadPath = "/api/mesh";
+
 /// Text on the places that exist instead.
 std::string known_text(const std::vector<std::string>& places) {
   constexpr std::size_t kMost = 8;
@@ -118,21 +120,29 @@ HttpResponse Studio::admit(const HttpRequest& request) const {
   return {.status = 0};
 }
 
+bool Studio::is_upload(const HttpRequest& request) {
+  return request.method == "POST" &&
+         std::string_view(request.target).substr(0, request.target.find('?')) == kUploadPath;
+}
+
 /// A table from method and path to what answers.
 struct Studio::Routes {
   struct Route {
     std::string_view method, path;
     HttpResponse (*answer)(const Asked& asked);
   };
-  static constexpr std::array kAnswers{Route{"GET", "/api/place", answer_place},
-                                       Route{"GET", "/api/texture", answer_texture},
-                                       Route{"GET", "/api/map", answer_map},
-                                       Route{"GET", "/api/curve", answer_curve},
-                                       Route{"GET", "/api/mesh", answer_mesh},
-                                       Route{"GET", "/api/preview", answer_preview},
-                                       Route{"GET", "/api/file", answer_file},
-                                       Route{"GET", "/api/live", answer_live},
-                                       Route{"GET", "/api/landmarks", answer_landmarks}};
+  static constexpr std::array kAnswers{
+      Route{"GET", "/api/place", answer_place}, Route{"GET", "/api/texture", answer_texture},
+      Route{"GET", "/api/map", answer_map},     Route{"GET", "/api/curve", answer_curve},
+      Route{"GET", "/api/mesh", answer_mesh},   Route{"GET", "/api/preview", answer_preview},
+      Route{"GET", "/api/file", answer_file},   Route{"GET", "/api/live", answer_live},
+      Route{"GET", "/api/begin", answer_begin}, Route{"GET", "/api/landmarks", answer_landmarks}};
+  struct Taker {
+    std::string_view path;
+    HttpResponse (*take)(const Asked& asked, const std::string& body);
+  };
+  static constexpr std::array kTakers{Taker{"/api/landmarks", save_landmarks}, Taker{kUploadPath, save_mesh},
+                                      Taker{"/api/begin", begin_scene}};
 
   static HttpResponse answer(Studio& studio, const HttpRequest& request, const RequestTarget& target,
                              const std::stop_token& gone) {
@@ -148,7 +158,9 @@ struct Studio::Routes {
     if (request.method == "POST" && target.path == "/api/session") {
       return {.type = "text/html; charset=utf-8", .body = make_session(asked, parse_session_options(request.body))};
     }
-    if (request.method == "POST" && target.path == "/api/landmarks") return save_landmarks(asked, request.body);
+    for (const Taker& taker : kTakers) {
+      if (request.method == "POST" && taker.path == target.path) return taker.take(asked, request.body);
+    }
     if (request.method == "POST" && target.path == "/api/quit") {
       studio.quit_();
       return json_response(Json::object());

@@ -63,5 +63,16 @@ TEST(SceneText, AnEventIsOneThingThatHappensNow) {
                   "stands for 3 events; send one at a time"));
 }
 
+TEST(SceneText, AReadableDocumentHasShortPartsInOneLineAndReadsBackTheSame) {
+  const Json document{{"unit", "mm"},
+                      {"gravity", {0, -9810, 0}},
+                      {"nothing", Json::array()},
+                      {"rules", {{{"name", "a"}, {"rate", 0.1}}, {{"name", std::string(120, 'b')}, {"rate", 1}}}}};
+  const std::string text = readable_text(document);
+  EXPECT_TRUE(has(text, "\n  \"gravity\": [0, -9810, 0],\n  \"nothing\": [],\n"));
+  EXPECT_TRUE(has(text, "\n    {\"name\": \"a\", \"rate\": 0.1},\n    {\n      \"name\": \"bbb"));
+  EXPECT_EQ(Json::parse(text), document);
+}
+
 }  // namespace
 }  // namespace patinate::studio

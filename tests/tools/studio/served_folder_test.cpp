@@ -102,5 +102,16 @@ TEST_F(ServedFolderTest, NothingNewGetsIntoAFinishedResult) {
 
 TEST(ServedFolder, WantsAFolder) { EXPECT_THROW(ServedFolder("/nowhere/at/all"), IoError); }
 
+TEST_F(ServedFolderTest, ANewFileNeverTakesTheNameOfAnother) {
+  const ServedFolder folder(temp_ / "served");
+  fs::create_symlink(temp_ / "secret/none.txt", temp_ / "served/inside/dangling.txt");
+  EXPECT_EQ(folder.make_file("inside", "file", ".txt"), folder.path() / "inside/file-2.txt");
+  EXPECT_EQ(folder.make_file("inside", "file", ".txt"), folder.path() / "inside/file-3.txt");
+  EXPECT_EQ(folder.make_file("inside", "dangling", ".txt"), folder.path() / "inside/dangling-2.txt");
+  EXPECT_FALSE(fs::exists(temp_ / "secret/none.txt"));
+  for (const char* elsewhere : {"..", "out", "/", "nowhere"})
+    EXPECT_THROW((void)folder.make_file(elsewhere, "x", ".txt"), InvalidInput) << elsewhere;
+}
+
 }  // namespace
 }  // namespace patinate::studio

@@ -154,6 +154,7 @@ int cmd_studio(CommandRun& run) {
                         });
   tell_address(run, server.port(), token, recordings);
   server.run({.admit = [&](const studio::HttpRequest& request) { return studio.admit(request); },
+              .is_upload = studio::Studio::is_upload,
               .answer = [&](const studio::HttpRequest& request,
                             const std::stop_token& gone) { return studio.answer(request, gone); },
               .open = [&](const studio::HttpRequest& request,

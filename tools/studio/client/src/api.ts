@@ -90,6 +90,16 @@ export async function get_json<T>(url: string, signal?: AbortSignal): Promise<T>
   return JSON.parse(new TextDecoder().decode(reply.bytes)) as T;
 }
 
+/// The bytes of a file. @returns the server's answer.
+export async function post_file<T>(url: string, file: Blob): Promise<T> {
+  count(1);
+  try {
+    return (await (await answer_of(url, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: file })).json()) as T;
+  } finally {
+    count(-1);
+  }
+}
+
 export async function post(url: string, body: unknown): Promise<Blob> {
   count(1);
   try {

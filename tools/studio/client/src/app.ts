@@ -77,10 +77,10 @@ export class App {
     if (mode === "landmarks") return new LandmarksView(info);
     if (mode === "steps") return new CaptureView(info as StepsPlace);
     if (info.kind === "report") return new ReportView(info);
-    if (info.kind === "scene" || (info.kind === "simulation" && is_live)) return new SimulationView(info);
+    if (info.kind === "scene" || (info.kind === "simulation" && is_live)) return new SimulationView(info, mode === "run");
     if (kHistoryKinds.includes(info.kind) && mode.startsWith(kWith)) return new CompareView(info as HistoryPlace, mode.slice(kWith.length));
     if (kHistoryKinds.includes(info.kind)) return new HistoryView(info as HistoryPlace);
-    if (info.kind === "mesh") return new MeshView(info);
+    if (info.kind === "mesh") return new MeshView(info, mode === "age");
     return new CaptureView(info as StepsPlace);
   }
 

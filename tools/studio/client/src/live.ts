@@ -34,7 +34,9 @@ export interface Watch {
 export const kConnection = "connection";
 const kFirstRetry_ms = 400, kLastRetry_ms = 5000;
 
-type Waiting = { resolve: () => void; reject: (error: Error) => void };
+/// Members of what the server answers to a command.
+export type Answer = Record<string, unknown>;
+type Waiting = { resolve: (answer: Answer) => void; reject: (error: Error) => void };
 
 export class Live {
   watch: Watch = { planes: ["surface", "relief"], overlay: null, gammatons: 0 };
@@ -55,11 +57,11 @@ export class Live {
   }
 
   /// One command. @throws StudioError what the server says, or that there is no connection.
-  send(op: string, fields: Record<string, unknown> = {}): Promise<void> {
+  send(op: string, fields: Record<string, unknown> = {}): Promise<Answer> {
     if (this.is_closed) return Promise.reject(new StudioError("The scene does not run here any more; open it again.", kConnection));
     if (!this.is_open) return Promise.reject(new StudioError("There is no connection to the server; wait until it is back.", kConnection));
     const id = this.next_id++;
-    const done = new Promise<void>((resolve, reject) => this.waiting.set(id, { resolve, reject }));
+    const done = new Promise<Answer>((resolve, reject) => this.waiting.set(id, { resolve, reject }));
     this.socket?.send(JSON.stringify({ op, id, ...fields }));
     return done;
   }
@@ -131,7 +133,7 @@ export class Live {
       case "error": {
         const waiting = this.waiting.get(message["id"] as number);
         this.waiting.delete(message["id"] as number);
-        if (message.type === "done") waiting?.resolve();
+        if (message.type === "done") waiting?.resolve(message);
         else if (waiting) waiting.reject(new StudioError(String(message["message"])));
         else if (message["fatal"] === true || !this.has_hello) this.end(String(message["message"]));
         else this.events.problem(String(message["message"]));

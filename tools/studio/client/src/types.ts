@@ -178,6 +178,10 @@ export interface SceneState {
   notes?: string[];
   /// Both in the order in which they were done.
   steps?: { done: Step[]; undone: Step[] };
+  /// It is not as its file says any more.
+  edited?: boolean;
+  /// Its parts may be changed: it is no finished simulation.
+  can_edit?: boolean;
   /// What can be resumed; null where nothing can, or it is being gone through.
   recording?: Recording | null;
 }

@@ -1,5 +1,6 @@
 // Post-controls: the appearance of amounts. They recompose at once and never simulate.
 import { srgb_from_linear } from "../color/lab";
+import type { Builder } from "../build/builder";
 import type { Appearance, SceneState } from "../types";
 import { section, slider, type Slider } from "../ui/controls";
 import { h, replace, throttle } from "../ui/dom";
@@ -18,7 +19,7 @@ export class AppearancePanel {
   private readonly body = h("div", { class: "stack" });
   private readonly sliders = new Map<string, Slider>();
 
-  constructor(private readonly context: SceneContext) {
+  constructor(private readonly context: SceneContext, private readonly builder: Builder) {
     this.element = section("Appearance of materials", false, h("p", { class: "hint" }, "Changes the picture at once, without simulating again."), this.body);
   }
 
@@ -34,10 +35,10 @@ export class AppearancePanel {
         this.sliders.set(`${material} ${field}`, s);
         return s.element;
       });
-      const details = h("details", { class: "material" }, h("summary", {}, h("i", { class: "swatch", style: color, "aria-hidden": "true" }), material), h("div", { class: "stack" }, all));
+      const details = h("details", { class: "material" }, h("summary", {}, h("i", { class: "swatch", style: color, "aria-hidden": "true" }), material), h("div", { class: "stack" }, all, this.builder.actions("material", material)));
       details.open = i === 0;
       return details;
-    }));
+    }), this.builder.add_button("material"));
   }
 
   show(scene: SceneState): void {

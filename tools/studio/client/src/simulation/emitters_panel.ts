@@ -1,4 +1,5 @@
 // Emitters and objects: chosen here or on the stage, switched, moved with handles.
+import type { Builder } from "../build/builder";
 import type { Emitter, SceneState } from "../types";
 import { number_text, section, segmented, slider, toggle, type Choice } from "../ui/controls";
 import { h, replace, throttle } from "../ui/dom";
@@ -13,15 +14,16 @@ export class EmittersPanel {
   readonly element: HTMLElement;
   readonly mode: Choice<HandleMode>;
   private readonly list = h("div", { class: "things", role: "list", "aria-label": "Emitters and objects" });
+  private readonly adds = h("div", { class: "actions" });
   private readonly details = h("div", { class: "stack" });
   private readonly send: (emitter: Emitter) => void;
   private shown_details = "";
 
-  constructor(private readonly context: SceneContext, private readonly handles: Handles) {
+  constructor(private readonly context: SceneContext, private readonly handles: Handles, private readonly builder: Builder) {
     this.mode = segmented<HandleMode>("Handles", [["translate", "Move", "G"], ["rotate", "Rotate", "R"], ["scale", "Scale", "S"]], "translate", (mode) => handles.set_mode(mode));
     this.send = throttle(kSend_ms, (emitter: Emitter) => context.event(emitter_event(emitter)));
     const handles_shown = toggle("Show emitters", true, (on) => handles.set_visible(on));
-    this.element = section("Emitters and objects", true, this.list, this.mode.element, this.details, handles_shown.element);
+    this.element = section("Emitters and objects", true, this.list, this.adds, this.mode.element, this.details, handles_shown.element);
     handles.on_choose = () => this.show(context.scene);
   }
 
@@ -36,7 +38,16 @@ export class EmittersPanel {
     const at = focused ? [...this.list.children].indexOf(focused) : -1;
     replace(this.list, scene.emitters.map((e) => row("emitter", e.name, `${kShapes[e.shape]}, ${number_text(e.gammatons ?? 0)} gammatons`, this.switch_of(e))), scene.objects.map((o) => row("object", o.name, "object")));
     if (at >= 0) this.list.children[at]?.querySelector("button")?.focus();
+    if (this.adds.childElementCount === 0) replace(this.adds, this.builder.add_button("emitter"), this.builder.add_button("object"));
     this.show_details(scene);
+  }
+
+  /// After hello: what was chosen may be gone.
+  build(scene: SceneState): void {
+    this.shown_details = "";
+    const { chosen } = this.handles;
+    if (chosen && !(chosen.kind === "emitter" ? scene.emitters : scene.objects).some((part) => part.name === chosen.name)) this.handles.choose(undefined);
+    this.show(scene);
   }
 
   choose(chosen: Chosen | undefined): void {
@@ -57,7 +68,7 @@ export class EmittersPanel {
     if (key === this.shown_details) return;
     this.shown_details = key;
     if (!emitter) {
-      replace(this.details, h("p", { class: "hint" }, chosen ? "Drag its handles in the picture." : "Choose one here, or click an emitter in the picture: it gets handles."));
+      replace(this.details, chosen && this.builder.actions("object", chosen.name), h("p", { class: "hint" }, chosen ? "Drag its handles in the picture." : "Choose one here, or click an emitter in the picture: it gets handles."));
       return;
     }
     const now = (): Emitter => this.context.scene.emitters.find((e) => e.name === emitter.name) ?? emitter;
@@ -65,7 +76,7 @@ export class EmittersPanel {
     const span = extent(scene);
     const set = (fields: Partial<Emitter>): void => this.send(Object.assign(now(), fields));
     const has_size = ["disk", "rectangle", "sphere", "surface"].includes(emitter.shape);
-    replace(this.details,
+    replace(this.details, this.builder.actions("emitter", emitter.name),
       emitter.shape === "sky" && h("p", { class: "hint" }, "A sky rains on every place alike: it can be turned, not moved."),
       has_size && slider({ label: emitter.shape === "rectangle" ? "Width" : "Diameter", low: 0, high: Math.max(span, width), value: width, unit: "mm", on_input: (v) => set({ size: emitter.shape === "rectangle" ? [v, size_of(now())[1]] : v }) }).element,
       emitter.shape === "rectangle" && slider({ label: "Depth", low: 0, high: Math.max(span, depth), value: depth, unit: "mm", on_input: (v) => set({ size: [size_of(now())[0], v] }) }).element,

@@ -10,7 +10,7 @@ import type { SceneContext } from "./context";
 
 export interface Sender {
   /// As SceneContext.send(), but what goes wrong is thrown.
-  ask(op: string, fields: Record<string, unknown>): Promise<void>;
+  ask(op: string, fields: Record<string, unknown>): Promise<unknown>;
 }
 
 export function bytes_text(bytes: number): string {

@@ -30,6 +30,8 @@ export interface PictureOptions {
   look: SurfaceLook;
   handles: Handles;
   shown: ShowPanel;
+  /// Objects that are not shown.
+  hidden: ReadonlySet<string>;
   /// The mesh is there, or it could not be read.
   on_loaded: () => void;
 }
@@ -41,6 +43,7 @@ export class LivePicture {
   private material: THREE.MeshStandardMaterial | undefined;
   private plantlets: Plantlets | undefined;
   private has_object_nodes = false;
+  private is_other = false;  ///< The scene has another extent than the one before.
   private is_disposed = false;
   private hash_expected: Hashes | undefined;
   private hash_waiting: ((pair: HashPair) => void)[] = [];
@@ -55,7 +58,7 @@ export class LivePicture {
   /// After hello.
   begin(scene: SceneState): void {
     const { viewer, look } = this.options;
-    const is_first = this.scene === undefined;
+    const before = this.scene, is_first = before === undefined;
     this.scene = scene;
     if (!this.planes || this.planes.width !== scene.width || this.planes.height !== scene.height) {
       this.planes?.dispose();
@@ -65,13 +68,19 @@ export class LivePicture {
       if (this.model) dress(this.model, this.material);
     }
     look.uniforms.relief_mm.value.set(...scene.relief_mm);
-    if (is_first) void this.load_mesh();
+    if (is_first || JSON.stringify(before?.objects) !== JSON.stringify(scene.objects)) void this.load_mesh();
+    this.is_other = before !== undefined && JSON.stringify(before.bounds_mm) !== JSON.stringify(scene.bounds_mm);
   }
 
   changed(change: Partial<SceneState>): void {
     if (change.relief_mm) this.options.look.uniforms.relief_mm.value.set(...change.relief_mm);
     if (change.objects && !this.has_object_nodes) this.reload();
     if (change.objects) this.options.viewer.invalidate_shadows();
+  }
+
+  set_visible(name: string, is_visible: boolean): void {
+    this.model?.children.find((child) => (child.userData["name"] ?? child.name) === name)?.traverse((node) => { node.visible = is_visible; });
+    this.options.viewer.invalidate_shadows();
   }
 
   apply(header: TilesHeader, message: ArrayBuffer, offset: number): void {
@@ -139,6 +148,7 @@ export class LivePicture {
       own_coordinates(node, object);
       objects.set(object.name, node);
     }
+    for (const name of this.options.hidden) objects.get(name)?.traverse((node) => { node.visible = false; });
     this.has_object_nodes = objects.size === this.scene.objects.length;
     dress(group, this.material);
     const is_first = !this.model;
@@ -150,8 +160,9 @@ export class LivePicture {
     viewer.content_has_come();
     if (this.has_object_nodes) handles.set_objects(objects);
     handles.show(this.scene);
-    if (is_first) viewer.fit();
+    if (is_first || this.is_other) viewer.fit();
     else viewer.invalidate_shadows();
+    this.is_other = false;
     this.update_plantlets();
   }
 }

@@ -1,10 +1,11 @@
 // Rules of aging: how fast each is, its products and reactants, its formula, and rules that come to the scene. Every change is an event of the run.
+import type { Builder } from "../build/builder";
 import type { Rule, SceneState } from "../types";
 import { section, select, slider, type Slider } from "../ui/controls";
 import { h, replace, throttle } from "../ui/dom";
 import type { SceneContext } from "./context";
 
-const kSend_ms = 80;
+const kSend_ms = 80, kCheck_ms = 250;
 /// A slider's end, times the value that it shows when it is made: room for both ways.
 const kRoom = 4;
 const kLeastRate = 0.5, kLeastShare = 1;
@@ -22,7 +23,7 @@ export class RulesPanel {
   private controls: RuleControls[] = [];
   private more = "";
 
-  constructor(private readonly context: SceneContext) {
+  constructor(private readonly context: SceneContext, private readonly builder: Builder) {
     this.element = section("Rules of aging", false, this.body);
   }
 
@@ -50,7 +51,7 @@ export class RulesPanel {
     });
     begin.element.title = "It ages the scene from now on";
     const about = h("dl", { class: "more-rules" }, scene.more_rules.map((r) => [h("dt", {}, r.name), h("dd", {}, r.about)]).flat());
-    replace(this.body, scene.rules.length === 0 && h("p", { class: "hint" }, "This scene has no rules yet."), this.controls.map((c) => c.element), scene.more_rules.length > 0 && [begin.element, about]);
+    replace(this.body, scene.rules.length === 0 && h("p", { class: "hint" }, "This scene has no rules yet."), this.controls.map((c) => c.element), this.builder.add_button("rule"), scene.more_rules.length > 0 && [begin.element, about]);
   }
 
   private make(rule: Rule, scene: SceneState): RuleControls {
@@ -63,13 +64,26 @@ export class RulesPanel {
         on_input: throttle(kSend_ms, (v: number) => change({ [side]: { ...current()[side], [material]: v } })) })]);
     const all = [...shares("products", "Product"), ...shares("reactants", "Reactant")];
     const formula = h("input", { type: "text", class: "formula", value: rule.driver, "aria-label": `Formula of ${rule.name}`, spellcheck: "false", title: "Over materials, slope, exposure, accessibility, height, age; Enter takes it" });
+    const problem = h("p", { class: "problem", role: "alert" });
+    let typed = 0;
+    formula.oninput = () => {
+      const number = ++typed;
+      window.setTimeout(() => {
+        if (number !== typed) return;
+        void this.builder.formula_problem(rule.name, formula.value).catch((error: Error) => error.message).then((text) => { if (number === typed) problem.textContent = text; });
+      }, kCheck_ms);
+    };
     formula.onchange = () => change({ driver: formula.value });
     formula.onkeydown = (event) => {
       if (event.key === "Enter") formula.blur();
-      if (event.key === "Escape") formula.value = current().driver;
+      if (event.key === "Escape") {
+        formula.value = current().driver;
+        problem.textContent = "";
+        ++typed;
+      }
     };
     return {
-      element: h("div", { class: "rule" }, h("b", {}, rule.name), rate.element, h("details", {}, h("summary", {}, "Formula and amounts"), h("div", { class: "stack" }, formula, all.map(([, s]) => s.element)))),
+      element: h("div", { class: "rule" }, h("b", {}, rule.name), rate.element, h("details", {}, h("summary", {}, "Formula and amounts"), h("div", { class: "stack" }, formula, problem, all.map(([, s]) => s.element), this.builder.actions("rule", rule.name)))),
       fits: (now) => now.name === rule.name && (["products", "reactants"] as const).every((side) => Object.keys(now[side]).every((material) => all.some(([key]) => key === `${side} ${material}`))),
       show: (now) => {
         rate.set(now.rate);

@@ -19,7 +19,7 @@ export class StepsPanel {
     if (key === this.shown) return;
     this.shown = key;
     if (done.length + undone.length === 0) {
-      replace(this.list, h("li", { class: "hint" }, "Nothing yet. Settings, moves, looks and strokes are listed here, and can be undone."));
+      replace(this.list, h("li", { class: "hint" }, "Nothing yet. Settings, moves, looks, strokes and edits are listed here, and can be undone."));
       return;
     }
     const row = ({ label, iteration }: Step, kind: string, is_now: boolean, on_click: (() => void) | undefined): HTMLElement =>

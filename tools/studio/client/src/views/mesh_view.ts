@@ -4,8 +4,9 @@ import { get_mesh, url_of } from "../api";
 import { read_dressed_glb } from "../scene/dressed_glb";
 import { dress, read_glb } from "../scene/mesh_loader";
 import { Viewer } from "../scene/viewer";
+import { open_age } from "../build/age_dialog";
 import type { PlaceBase } from "../types";
-import { section, select } from "../ui/controls";
+import { button, section, select } from "../ui/controls";
 import { h } from "../ui/dom";
 import { icon } from "../ui/icons";
 import { progress, show_error } from "../ui/notices";
@@ -17,7 +18,8 @@ export class MeshView implements View {
   private readonly viewer: Viewer;
   private readonly looks = h("div", {});
 
-  constructor(private readonly place: PlaceBase) {
+  /// @param ages  Asks at once how it is to age.
+  constructor(private readonly place: PlaceBase, ages = false) {
     const frame = workspace("Mesh");
     this.element = frame.element;
     this.element.classList.add("no-bar");
@@ -25,10 +27,16 @@ export class MeshView implements View {
     this.viewer.canvas.setAttribute("aria-label", `${place.name}: a mesh; drag to turn`);
     view_tools(this.viewer, frame.tools, this.element);
     const name = place.place.split("/").pop() ?? place.name;
-    frame.panel.append(h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind)), this.looks,
+    const age = (): void => void open_age(place.place, (scene) => { location.hash = `#/${encodeURIComponent(scene)}?run`; });
+    frame.panel.append(h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind)),
+      h("div", { class: "panel-foot" }, button("Age this", age, { kind: "primary", icon: "simulation", hint: "Makes a scene of it that runs: rain and dirt, rust, moss, patina" })), this.looks,
       section("Light", true, light_controls(this.viewer)), section("About", true, facts_table(place.facts ?? [])),
       h("div", { class: "panel-foot" }, h("a", { class: "button", href: url_of("/api/file", { place: place.place, path: name }), download: name }, icon("download"), "Download")));
     window.patinate = { view: "mesh", viewer: this.viewer, is_ready: () => this.viewer.content.children.length > 0 };
+    if (ages) {
+      window.history.replaceState(null, "", `#/${encodeURIComponent(place.place)}`);
+      age();
+    }
     const work = progress(frame.stage, "Reading the mesh ...");
     this.load().then((group) => {
       this.viewer.content.add(group);

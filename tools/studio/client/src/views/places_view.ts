@@ -1,5 +1,6 @@
 // The start page: everything in the served folder that can be shown.
 import { get_places } from "../api";
+import { choose_mesh, drop_meshes } from "../build/upload";
 import { Thumbnails } from "../scene/thumbnails";
 import type { Places, PlaceSummary } from "../types";
 import { h, replace } from "../ui/dom";
@@ -25,6 +26,11 @@ export function place_link(place: string): string {
   return `#/${encodeURIComponent(place)}`;
 }
 
+/// A mesh has come: it is shown, and asked how it is to age.
+function age(place: string): void {
+  location.hash = `${place_link(place)}?age`;
+}
+
 /// Every second scene is called "scene": then its folder says which it is.
 function title_of({ name, place }: PlaceSummary): string {
   const folders = place.split("/");
@@ -46,6 +52,7 @@ export class PlacesView implements View {
 
   constructor() {
     window.patinate = { view: "places" };
+    drop_meshes(this.element, age);
     get_places(this.stop.signal).then((places) => this.show(places), (error: unknown) => {
       if (!this.stop.signal.aborted) replace(this.element, failure("The folder cannot be listed", error instanceof Error ? error.message : String(error)));
     });
@@ -63,7 +70,7 @@ export class PlacesView implements View {
       return;
     }
     const shown = kGroups.map((g) => ({ ...g, places: places.filter((p) => g.kinds.includes(p.kind)) })).filter((g) => g.places.length > 0);
-    replace(this.element, h("div", { class: "places-head" }, h("h1", {}, "What is here"), h("p", { class: "folder" }, folder)),
+    replace(this.element, h("div", { class: "places-head" }, h("h1", {}, "What is here"), h("p", { class: "folder" }, folder), h("div", { class: "spacer" }), choose_mesh("Begin with a mesh", age, "primary")),
       shown.map((g) => h("section", { "aria-label": g.title }, h("h2", {}, g.title, h("small", {}, g.text)), h("div", { class: "cards" }, g.places.map((p) => this.card(p))))),
       h("p", { class: "version" }, `patinate ${version}`));
   }
@@ -88,13 +95,15 @@ export class PlacesView implements View {
 
   private nothing(folder: string): HTMLElement {
     const command = (text: string, why: string) => h("li", {}, h("code", {}, text), h("span", {}, why));
-    return h("div", { class: "nothing" }, h("h1", {}, "Nothing to show here yet"), h("p", {}, "The folder ", h("code", {}, folder), " holds nothing that patinate has made. Make something, then reload this page:"),
-      h("ul", {},
+    return h("div", { class: "nothing" }, h("h1", {}, "Begin with a mesh"),
+      h("div", { class: "drop" }, icon("mesh", 44), h("p", {}, "Drop a mesh here, or choose one: OBJ, PLY, STL or GLB."), choose_mesh("Choose a mesh", age, "primary"),
+        h("p", { class: "hint" }, "It is copied into ", h("code", {}, folder), ". Then say what ages it: rain and dirt, rust, moss or patina.")),
+      h("details", {}, h("summary", {}, "Or make something in the terminal"), h("ul", {},
         command("patinate synth ledge -o ledge", "a wall with sills: a scene to simulate right here"),
         command("patinate synth mold -o mold", "scans and photographs of a copper mold that patinates"),
         command("patinate synth crackle -o crackle", "photographs of paint that cracks while it dries"),
         command("patinate ingest crackle/capture.json -o history", "makes a material history of them"),
-        command("patinate synth sculpture -o urn", "a mesh to age with it: patinate transfer")),
-      h("p", {}, "Or start patinate studio with another folder."));
+        command("patinate synth sculpture -o urn", "a mesh to age with it: patinate transfer"))),
+      h("p", { class: "hint" }, "Then load this page again. Or start patinate studio with another folder."));
   }
 }

@@ -7,6 +7,7 @@ import { Viewer, type Hit } from "../scene/viewer";
 import { Brush } from "../simulation/brush";
 import { BrushPanel } from "../simulation/brush_panel";
 import type { SceneContext } from "../simulation/context";
+import { Builder } from "../build/builder";
 import { EmittersPanel } from "../simulation/emitters_panel";
 import { Exports, open_export, open_save } from "../simulation/files";
 import { FlowPanel } from "../simulation/flow_panel";
@@ -44,6 +45,7 @@ export class SimulationView implements View, SceneContext {
   private readonly handles: Handles;
   private readonly brush: Brush;
   private readonly gammatons: GammatonPoints;
+  private readonly builder: Builder;
   private readonly emitters: EmittersPanel;
   private readonly brush_panel: BrushPanel;
   private readonly flow: FlowPanel;
@@ -66,11 +68,13 @@ export class SimulationView implements View, SceneContext {
   private readonly hover: Hover;
   private status: Status | undefined;
   private num_steering = 0;
+  private num_edits = 0;
   private is_disposed = false;
   private readonly pace = new Pace({ run: () => void this.send("run"), pause: () => void this.send("pause"), step: (iterations) => void this.send("step", { iterations }) });
   private readonly resume_offer = new ResumeOffer(() => this.resume(), () => this.is_disposed);
 
-  constructor(private readonly place: PlaceBase) {
+  /// @param begins  It runs as soon as it is there.
+  constructor(private readonly place: PlaceBase, private begins = false) {
     this.element = this.frame.element;
     this.viewer = new Viewer(this.frame.stage, false);
     this.viewer.canvas.setAttribute("aria-label", `${place.name}: the scene; drag to turn`);
@@ -78,17 +82,19 @@ export class SimulationView implements View, SceneContext {
     this.gammatons = new GammatonPoints(this.viewer.scene);
     this.handles = new Handles(this);
     this.brush = new Brush(this, this.frame.stage);
-    this.emitters = new EmittersPanel(this, this.handles);
+    this.builder = new Builder(this, { ask: (op, fields) => this.ask(op, fields) }, place.place);
+    this.builder.on_hide = (name, is_hidden) => this.picture.set_visible(name, !is_hidden);
+    this.emitters = new EmittersPanel(this, this.handles, this.builder);
     this.brush_panel = new BrushPanel(this.brush, () => this.scene);
     this.flow = new FlowPanel(this);
-    this.rules = new RulesPanel(this);
-    this.appearance = new AppearancePanel(this);
+    this.rules = new RulesPanel(this, this.builder);
+    this.appearance = new AppearancePanel(this, this.builder);
     this.shown = new ShowPanel(this.look, () => this.viewer.invalidate(), () => this.watch());
     this.run_bar = new RunBar({ run: () => this.toggle_run(), step: () => void this.send("step", { iterations: 1 }), reset: () => this.reset(), pace: (n) => this.set_pace(n) });
     this.paint_button = button("Paint", () => this.set_painting(!this.brush.is_active), { icon: "brush", hint: "Paint with an emitter on the surface", key: "P" });
     this.paint_button.setAttribute("aria-pressed", "false");
     this.undo_button.disabled = this.redo_button.disabled = true;
-    this.picture = new LivePicture({ place: place.place, viewer: this.viewer, look: this.look, handles: this.handles, shown: this.shown, on_loaded: () => {
+    this.picture = new LivePicture({ place: place.place, viewer: this.viewer, look: this.look, handles: this.handles, shown: this.shown, hidden: this.builder.hidden, on_loaded: () => {
       this.work?.end();
       this.work = undefined;
     } });
@@ -145,6 +151,16 @@ export class SimulationView implements View, SceneContext {
     }
   }
 
+  /// An edit builds the scene anew: nothing can be done meanwhile.
+  private async ask(op: string, fields: Record<string, unknown>): Promise<Record<string, unknown>> {
+    this.num_edits += op === "edit" ? 1 : 0;
+    try {
+      return await this.live.send(op, fields);
+    } finally {
+      this.num_edits -= op === "edit" ? 1 : 0;
+    }
+  }
+
   event(event: Record<string, unknown>, label?: string): void {
     void this.send("event", { event, gesture: gesture(), ...(label ? { label } : {}) });
   }
@@ -192,9 +208,9 @@ export class SimulationView implements View, SceneContext {
     tools.append(h("span", { class: "divider" }), this.paint_button, this.undo_button, this.redo_button);
     stage.append(h("div", { class: "legend-area" }, this.shown.legend_box));
     bar.append(this.run_bar.element);
-    const sender = { ask: (op: string, fields: Record<string, unknown>) => this.live.send(op, fields) };
+    const sender = { ask: (op: string, fields: Record<string, unknown>) => this.ask(op, fields) };
     panel.append(h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, this.place.kind)),
-      this.steps.element, this.emitters.element, this.brush_panel.element, ...this.flow.elements, this.rules.element, this.appearance.element, this.shown.element, this.place_panel.element, this.outcome_panel.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element,
+      this.steps.element, this.emitters.element, this.brush_panel.element, ...this.flow.elements, this.rules.element, this.appearance.element, this.shown.element, this.place_panel.element, this.outcome_panel.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element, this.builder.element,
       section("About", false, facts_table(this.place.facts ?? [])),
       h("div", { class: "panel-foot" }, button("Save the scene", () => open_save(sender, this), { icon: "save", hint: "As a scene file that patinate simulate reproduces" }),
         button("Export", () => open_export(sender, this), { icon: "download", hint: "Textures, GLB, parameter maps, history" })));
@@ -210,8 +226,15 @@ export class SimulationView implements View, SceneContext {
     this.shown.build(scene);
     this.shown.show(scene);
     this.handles.show(scene);
-    this.emitters.show(scene);
+    this.emitters.build(scene);
     this.brush_panel.show(scene);
+    this.watch();
+    void this.builder.show();
+    if (this.begins) {
+      this.begins = false;
+      window.history.replaceState(null, "", `#/${encodeURIComponent(this.place.place)}`);
+      this.pace.start();
+    }
     for (const text of scene.notes ?? []) notice(text);
     this.resume_offer.show(scene.recording);
     this.show_steps();
@@ -221,6 +244,7 @@ export class SimulationView implements View, SceneContext {
     Object.assign(this.scene, change);
     this.picture.changed(change);
     if (change.steps) this.show_steps();
+    if (change.steps || change.edited !== undefined) void this.builder.show();
     if (change.behavior || change.exchange || change.slider !== undefined) this.flow.show(this.scene);
     if (change.rules || change.more_rules) this.rules.show(this.scene);
     if (change.overlays) this.shown.show(this.scene);
@@ -262,9 +286,9 @@ export class SimulationView implements View, SceneContext {
     if (was_running) this.pace.start();
   }
 
-  private resume(): Promise<void> {
+  private async resume(): Promise<void> {
     if (this.is_running) this.pace.stop();
-    return this.live.send("resume");
+    await this.live.send("resume");
   }
 
   private reset(): void {
@@ -310,11 +334,12 @@ export class SimulationView implements View, SceneContext {
       }
       return;
     }
-    this.work ??= progress(this.frame.stage, text, () => {
+    const cancel = (): void => {
       this.work = undefined;
       if (this.picture.model) void this.send("cancel");
       else location.hash = "#/";
-    });
+    };
+    this.work ??= progress(this.frame.stage, text, this.num_edits > 0 ? undefined : cancel);
     this.work.set(text, total > 0 ? done / total : undefined);
   }
 

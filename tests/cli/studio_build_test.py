@@ -204,6 +204,7 @@ class Edits(Case):
         client = self.opened("checked")
         state = client.ask("document")["state"]
         for patch, pointer, text in (({"op": "replace", "path": "/emitters/0/speed", "value": -1}, "/emitters/0/speed", "found -1"),
+                                     ({"op": "replace", "path": "/atlas/resolution", "value": 16384}, "/atlas/resolution", "at most 4096 here"),
                                      ({"op": "replace", "path": "/rules/0/driver", "value": "wat"}, "/rules/0", "did you mean `water`"),
                                      ({"op": "add", "path": "/objects/-", "value": {"name": "x", "mesh": "gone.obj"}}, "", "gone.obj: does not exist")):
             problem = client.ask("check", state=state, patch=[patch])["problem"]

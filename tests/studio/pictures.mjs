@@ -36,6 +36,21 @@ await until(page, () => document.querySelectorAll(".card img").length >= 2);
 await page.locator(".places-head .folder").evaluate((text) => { text.textContent = text.textContent.split("/").pop(); });
 await save("places");
 
+await open_place(page, server, "urn/mesh.obj", "age");
+await until(page, () => document.querySelector("dialog[open]") && window.patinate.is_ready());
+await page.locator("dialog[open]").getByText("Patina on copper").click();
+await save("age");
+
+await page.keyboard.press("Escape");
+await look("light");
+await open_place(page, server, "urn/rain.json");
+await scene_is_ready(page);
+await page.locator("summary", { hasText: "Rules of aging" }).click();
+await page.getByRole("button", { name: "Add a rule" }).click();
+await page.locator("dialog[open]").getByLabel("Formula").fill("wate * patina");
+await until(page, () => document.querySelector("dialog .wrong"));
+await save("build");
+
 await look("light");
 await open_place(page, server, "paint");
 await history_is_ready(page);

@@ -1,5 +1,6 @@
 // The scene as the document that it is in a file: shown, checked while it is typed, and edited. Every edit is a step;
 // its scene is built anew, from the start.
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "patinate/core/error.h"
@@ -9,6 +10,9 @@
 namespace patinate::studio {
 
 namespace {
+
+/// Texels along each side that an edit may ask for; a slip of the hand fills no memory. Files may have more.
+constexpr int kMostTexels = 4096;
 
 /// What an error says of a document: the JSON pointer ("" = none) and the rest, without the file's name.
 Json problem_json(const std::filesystem::path& file, const std::string& what) {
@@ -45,11 +49,24 @@ simulation::SceneFile LiveEngine::read(const Json& document, const RunControl& c
   return simulation::read_scene(file_.file, document, *options_.assets, control);
 }
 
+/// @throws IoError if it is no scene, or one that is too fine to be built here.
+void LiveEngine::check_document(const Json& document) const {
+  const int most = std::max(kMostTexels, file_.scene.resolution);
+  const Json atlas = document.contains("atlas") ? document.at("atlas") : Json();
+  if (atlas.is_object() && atlas.contains("resolution") && atlas.at("resolution").is_number() &&
+      atlas.at("resolution").get<double>() > most) {
+    throw IoError(file_.file.string(), "/atlas/resolution: found " + atlas.at("resolution").dump() +
+                                           "; expected at most " + std::to_string(most) +
+                                           " here; patinate simulate takes more");
+  }
+  (void)read(document, {});
+}
+
 /// @returns what is wrong; null = nothing.
 Json LiveEngine::check(const Json& patch, std::uint64_t state) const {
   const Json document = edited(patch, state);
   try {
-    (void)read(document, {});
+    check_document(document);
   } catch (const InputError& e) {
     return problem_json(file_.file, e.what());
   }
@@ -58,7 +75,7 @@ Json LiveEngine::check(const Json& patch, std::uint64_t state) const {
 
 void LiveEngine::edit(const Json& patch, std::uint64_t state, const std::string& label) {
   auto document = std::make_shared<const Json>(edited(patch, state));
-  (void)read(*document, {});
+  check_document(*document);
   finish_stroke();
   stop_replay();
   next_ = Next{.what = Next::Edit, .label = label, .document = std::move(document)};

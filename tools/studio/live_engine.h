@@ -205,6 +205,7 @@ class LiveEngine {
   [[nodiscard]] std::uint64_t document_state() const { return record_.version() + (std::uint64_t{num_edits_} << 32); }
   [[nodiscard]] Json edited(const Json& patch, std::uint64_t state) const;
   [[nodiscard]] simulation::SceneFile read(const Json& document, const RunControl& control) const;
+  void check_document(const Json& document) const;
   [[nodiscard]] Json check(const Json& patch, std::uint64_t state) const;
   void edit(const Json& patch, std::uint64_t state, const std::string& label);
   [[nodiscard]] Document written() const;

@@ -108,6 +108,10 @@ PartMove part_move(const std::vector<Partners>& partners, double share, double s
 
 }  // namespace
 
+bool is_misled_by_change(double staying, const Vec6& misjudged, double spacing) {
+  return staying < ChangedSurface::kMinStaying && misjudged.tail<3>().norm() > ChangedSurface::kMaxMisjudged * spacing;
+}
+
 ChangedSurface look_for_change(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose,
                                const RunControl& control) {
   ChangedSurface found;

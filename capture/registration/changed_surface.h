@@ -18,7 +18,15 @@ struct ChangedSurface {
   /// Where less than this share stays, the larger part of the surface has changed, and what of it has stayed is told by
   /// nothing: a pose that fits most of it takes the change for motion.
   static constexpr double kMinStaying = 0.4;
+  /// Shift by which a pose may be off for this and still be one, in distances between points: a quarter, as scans may
+  /// be off each other where they fit.
+  static constexpr double kMaxMisjudged = 0.25;
 };
+
+/// Says whether a pose is none because the surface has changed: less than ChangedSurface::kMinStaying stay, and the
+/// pose moves by more than ChangedSurface::kMaxMisjudged with what is taken for unchanged.
+/// @param spacing  Of the points; in the unit of `misjudged`.
+[[nodiscard]] bool is_misled_by_change(double staying, const Vec6& misjudged, double spacing);
 
 /// Growth and loss lie to one side, so that what has stayed lies at the other end: least trimmed squares, one-sided.
 /// Partners are the nearest in the target of every surfel of the source, facing alike; parts are those of the signed

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "capture/registration/changed_surface.h"
 #include "capture/registration/pose_graph.h"
 #include "capture/registration/prepared_scan.h"
 #include "capture/registration/reference_methods.h"
@@ -283,17 +284,11 @@ class JointSolver {
     Vec6 unit;
     unit << 1, 1, 1, scale, scale, scale;
     std::vector<double> squares(scans_.size(), 0.0);
-    std::vector<Vec6> misjudged(scans_.size(), Vec6::Zero());
     std::vector<int> counts(scans_.size(), 0);
     for (RegistrationEdge& e : result_.edges) {
       const PairRegistration joint =
           judge_pose(scan(e.target), scan(e.source), relative(e.target, e.source), options_, {});
       e.median_residual = joint.median_residual;
-      if (e.target == reference_ || e.source == reference_) {
-        const int k = e.target == reference_ ? e.source : e.target;
-        result_.scans[k].staying = joint.staying;
-        misjudged[k] = joint.misjudged;
-      }
       for (const int k : {e.target, e.source}) {
         RegisteredScan& s = result_.scans[k];
         squares[k] += joint.num_pairs * joint.rms_residual * joint.rms_residual;
@@ -319,11 +314,24 @@ class JointSolver {
       const RigidTransform about{Eigen::Matrix3d::Identity(), -(s.center - scan(reference_).middle()) / scale};
       const Matrix6 to_center = adjoint(about);
       s.covariance = unit.asDiagonal() * (to_center * covariances[i] * to_center.transpose()) * unit.asDiagonal();
-      Vec6 moved = misjudged[i];  // About the reference's middle, or nearly so: what it is there, it is at the scan's.
-      moved.tail<3>() += Vec3(moved.head<3>()).cross(s.center - scan(reference_).middle());
-      s.covariance += moved * moved.transpose();
+      look_for_change_since_reference(k, s);
       name_unconstrained_dofs(k, s);
     }
+  }
+
+  /// Looks at the reference itself, whether the two were found to fit as a pair or not: where the surface grows from
+  /// scan to scan, neighbors in time fit and hold the chain together, and those far apart no longer do.
+  void look_for_change_since_reference(int k, RegisteredScan& s) {
+    const RigidTransform at = pose(reference_).inverse() * pose(k);
+    if (coarse_overlap(scan(reference_), scan(k), at) < options_.min_overlap) return;
+    const ChangedSurface changed = look_for_change(scan(reference_), scan(k), at, control_.silent());
+    s.staying = changed.staying;
+    Vec6 moved = changed.misjudged;  // About the reference's middle.
+    moved.tail<3>() += Vec3(moved.head<3>()).cross(s.center - scan(reference_).middle());
+    s.covariance += moved * moved.transpose();
+    s.is_misled = is_misled_by_change(s.staying, changed.misjudged,
+                                      scan(reference_).scale() * scan(reference_).fine().distance());
+    if (s.is_misled) s.status = RegistrationStatus::PoorFit;
   }
 
   /// A scan whose edges together leave a direction open.

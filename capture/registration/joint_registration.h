@@ -32,8 +32,11 @@ struct RegisteredScan {
   /// Covariance of (rotation in radians, shift) about `center`; 0 for the reference. As in PairRegistration, and what
   /// the pose would move by were the changed share misjudged, where it overlaps with the reference.
   Matrix6 covariance = Matrix6::Zero();
-  double staying = 1.0;        ///< Staying as in PairRegistration, since the reference; 1 where the two do not overlap.
-  Vec3 center = Vec3::Zero();  ///< The scan's middle in the reference's frame.
+  double staying = 1.0;  ///< Staying as in PairRegistration, since the reference; 1 where the two do not overlap.
+  /// The pose fits, but most of the surface has changed, and nothing tells which part has not (is_misled_by_change());
+  /// `status` is PoorFit then.
+  bool is_misled = false;
+  Vec3 center = Vec3::Zero();                        ///< The scan's middle in the reference's frame.
   std::vector<UnconstrainedDof> unconstrained_dofs;  ///< In the reference's frame.
   bool is_found_by_search = false;
 };

@@ -157,7 +157,7 @@ ImageF registration_picture(std::span<const PointCloud> scans, std::span<const R
   return contact_strip(panels, labels, {.columns = 2});
 }
 
-constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other poses.
+constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same input gives other poses.
 
 bool is_scan_name(const fs::path& path) {
   std::string extension = path.extension().string();
@@ -194,6 +194,11 @@ void check_all_placed(const JointRegistration& result, const std::vector<std::st
   for (std::size_t k = 0; k < names.size(); ++k) {
     const RegisteredScan& s = result.scans[k];
     if (s.status == RegistrationStatus::Converged) continue;
+    if (s.is_misled) {
+      throw CannotComplete(names[k] + ": only " + fixed_percent_text(s.staying) +
+                           " of its surface lies where the reference's does, so that nothing tells which part has "
+                           "stayed; --accept-failed continues without it, --reference takes a scan that changed less");
+    }
     std::string text = names[k] + ": " + std::string(name_of(s.status));
     if (!s.unconstrained_dofs.empty())
       text += ": its shape does not constrain a " + text_of(s.unconstrained_dofs.front());

@@ -7,6 +7,8 @@
 #include "capture/relief/relief_change.h"
 #include "capture/relit/relit_work.h"
 #include "capture/unlighting/unlight_work.h"
+#include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -39,6 +41,11 @@ ImageF relit_height(const RelitWork& work, std::size_t index, const RelitPose& p
   const RelitProject& project = work.project;
   ImageF height(project.width(), project.height());
   if (index == project.reference || !project.has_shape()) return height;
+  if (pose.status == RelitPose::kMisled) {
+    throw CannotComplete(work.step_name(index) + ": --heights: only " + fixed_percent_text(pose.registration->staying) +
+                         " of its surface lies where the reference's does, so that nothing tells growth from motion; "
+                         "give it a `transform` (of a mount, or by targets), or scan something that stays as well");
+  }
   const Vec3 toward = -project.camera_mm.parameters().rotation.row(2).transpose();
   const std::vector<PointCloud> scans{read_step_scan(project, project.steps[project.reference]),
                                       read_step_scan(project, project.steps[index])};

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "capture/project/sample_facts.h"
-#include "capture/registration/changed_surface.h"
 #include "capture/relit/relit_work.h"
 #include "capture/unlighting/unlight_job.h"
 #include "libcommon/core/hash.h"
@@ -24,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 4;
+constexpr std::int64_t kStageVersion = 5;
 constexpr std::int64_t kRelitPageVersion = 1;  ///< Version of the page.
 constexpr double kStepWeight = 4.0;            ///< For progress: light is taken out more slowly than a scan is placed.
 constexpr std::array<std::string_view, 2> kRelitPosesNames{"joint", "each"};
@@ -226,7 +225,7 @@ void write_controls(HistoryWriter& writer, const RelitWork& work, const fs::path
 std::vector<HistoryWarning> pose_warnings(const std::vector<RelitStepFacts>& facts) {
   std::vector<HistoryWarning> warnings;
   for (const RelitStepFacts& f : facts) {
-    if (!f.frame || !f.pose.registration || f.pose.registration->staying >= ChangedSurface::kMinStaying) continue;
+    if (!f.frame || f.pose.status != RelitPose::kMisled || !f.pose.registration) continue;
     const RelitRegistration& found = *f.pose.registration;
     const std::string name = "step " + std::to_string(f.step);
     warnings.push_back(
@@ -234,7 +233,7 @@ std::vector<HistoryWarning> pose_warnings(const std::vector<RelitStepFacts>& fac
          .text = name + ": only " + fixed_percent_text(found.staying) +
                  " of its surface lies where the reference's does, so that nothing tells which part has "
                  "stayed; its pose may be off by " +
-                 short_number_text(rounded(found.stddev_mm, 2)) + " mm, and heights with it",
+                 short_number_text(rounded(found.stddev_mm, 2)) + " mm",
          .cure = "give it a `transform` (of a mount, or by targets), or scan something that stays as well",
          .share = 1.0 - found.staying,
          .photos = {name}});

@@ -29,8 +29,8 @@ RelitPose pose_of(const JointRegistration& result, std::size_t scan) {
     if (edge.is_used && is_of_scan) facts.num_pairs += edge.pair.num_pairs;
   }
   for (const UnconstrainedDof& motion : found.unconstrained_dofs) facts.unconstrained_dofs.push_back(text_of(motion));
-  return {.status = std::string(name_of(found.status)),
-          .is_accepted = found.status == RegistrationStatus::Converged,
+  return {.status = std::string(found.is_misled ? RelitPose::kMisled : name_of(found.status)),
+          .is_accepted = found.is_misled || found.status == RegistrationStatus::Converged,
           .reference_from_scan = found.reference_from_scan,
           .registration = facts,
           .is_joint = true};

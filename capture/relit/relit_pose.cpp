@@ -4,7 +4,9 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "capture/registration/changed_surface.h"
 #include "capture/registration/reference_methods.h"
+#include "capture/registration/surfels.h"
 #include "capture/relit/relit_work.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
@@ -58,6 +60,8 @@ RelitPose find_pose(const RelitWork& work, std::size_t index, const RunControl& 
   }();
   RelitPose pose{std::string(name_of(found.status)), found.status == RegistrationStatus::Converged,
                  found.target_from_source, facts_of(found)};
+  if (pose.is_accepted && is_misled_by_change(found.staying, found.misjudged, point_spacing(target.points)))
+    pose.status = RelitPose::kMisled;
   check_relit_pose(work, index, pose);
   return pose;
 }

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -41,7 +42,12 @@ struct RelitRegistration {
 
 /// How a step's scan lies in the reference's frame.
 struct RelitPose {
-  std::string status;  ///< "reference", "given", "given by a registration", or what registration says.
+  /// Status of a pose that fits, but most of the surface has changed since the reference: good enough for colors, whose
+  /// places move by less than the surface, and none for heights.
+  static constexpr std::string_view kMisled = "surface has changed";
+
+  std::string
+      status;  ///< "reference", "given", "given by a registration", RelitPose::kMisled, or what registration says.
   bool is_accepted = true;
   RigidTransform reference_from_scan;
   std::optional<RelitRegistration> registration = {};  ///< Where it was registered.

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "capture/registration/pose_graph.h"
@@ -118,6 +120,31 @@ TEST(RegisterJointly, AStepThatFitsNoneSaysSoAndTheOthersStand) {
   EXPECT_NE(found.scans[1].status, RegistrationStatus::Converged);
   EXPECT_EQ(found.scans[3].status, RegistrationStatus::Converged);
   EXPECT_LT(largest_gap(steps.scans[3], found.scans[3].reference_from_scan, {}), 1e-9) << "the same scan twice";
+}
+
+TEST(RegisterJointly, AScanMostOfWhichHasGrownIsNotPlacedThroughItsNeighbors) {
+  // Growth spreads from one side and rises. Neighbors in time fit, the last scans and the reference do not.
+  constexpr std::array<double, 4> kShare{0.0, 0.4, 0.8, 0.9}, kHeight_mm{0.0, 0.5, 1.0, 1.4};
+  std::vector<PointCloud> scans;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto grown = [share = kShare[k], height = kHeight_mm[k]](double x, double y) {
+      const double u = std::clamp(((x + 50.0) / 100.0 - (1.0 - share)) / 0.3, 0.0, 1.0);
+      return relief(x, y) + height * u * (1.0 + 0.2 * std::sin(0.3 * y));
+    };
+    scans.push_back(scan_of(grown, {.offset = 0.2 * static_cast<double>(k), .noise_mm = 0.02, .seed = 300 + k}));
+  }
+  const JointRegistration found = register_jointly(scans, {}, 0);
+  EXPECT_EQ(found.scans[1].status, RegistrationStatus::Converged) << "less than half has grown";
+  EXPECT_FALSE(found.scans[1].is_misled);
+  for (const std::size_t k : {2u, 3u}) {
+    EXPECT_LT(found.scans[k].staying, 0.4) << k;
+    EXPECT_EQ(found.scans[k].status, RegistrationStatus::PoorFit) << k;
+    EXPECT_TRUE(found.scans[k].is_misled) << k;
+    // Right order only, as for pairs (registration_test.cpp).
+    const RigidTransform& pose = found.scans[k].reference_from_scan;
+    const double off = (found.scans[k].center - pose.inverse().apply(found.scans[k].center)).norm();
+    EXPECT_LT(off, 3.0 * std::sqrt(found.scans[k].covariance.bottomRightCorner<3, 3>().trace())) << k;
+  }
 }
 
 TEST(RegisterJointly, OneScanOrABadReferenceIsRefused) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -164,6 +165,31 @@ TEST(RelitIngest, FindsHowTheObjectWasMoved) {
   for (const Json& step : relit.at("steps")) {
     EXPECT_TRUE(step.at("status") == "reference" || step.at("status") == "converged") << step.at("status");
   }
+}
+
+TEST(RelitIngest, NoPoseConvergesWhereMostOfTheSurfaceHasGrownAndHeightsAreRefusedByName) {
+  PATINATE_NIGHTLY_ONLY();  // Per commit, RegisterJointly proves it for scans.
+  datasets::MoldOptions o = small();
+  o.num_steps = 4;
+  o.transforms = false;
+  o.metal = true;
+  o.relief_mm = 0.8;
+  o.scan_spacing_mm = 0.7;
+  const TempFolder temp;
+  make(o, temp / "mold");
+  RelitOptions options = without_highlights();
+  ingest(temp / "mold", temp / "history", options);
+  const Json steps = load_json(temp / "history/relit.json").at("steps");
+  EXPECT_EQ(steps.at(1).at("status"), "converged") << "half has grown";
+  EXPECT_EQ(steps.at(2).at("status"), "surface has changed") << "five sixths have grown";
+  EXPECT_EQ(steps.at(3).at("status"), "surface has changed") << "all has grown but a spot";
+  const auto warnings = HistoryReader(temp / "history").manifest().warnings;
+  EXPECT_EQ(std::count_if(warnings.begin(), warnings.end(),
+                          [](const HistoryWarning& w) { return w.about == WarningSubject::Motion; }),
+            2);
+  options.heights = true;
+  const std::string said = error_of<Error>([&] { ingest(temp / "mold", temp / "heights", options); });
+  EXPECT_NE(said.find("steps/2: --heights: only "), std::string::npos) << said;
 }
 
 TEST(RelitIngest, StepsAreSolvedJointlyAndSayHowTheyWere) {

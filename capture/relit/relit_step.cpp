@@ -99,6 +99,7 @@ struct StepFrame {
   UnlightResult result;  ///< In the reference view; normals in the reference's frame.
   ImageF height;         ///< Height of the scan over the reference's, mm; empty without RelitOptions::heights.
   PlacedPhoto first;     ///< Under the first light, for the report.
+  StepPlaces places;
   RelitFrame facts;
 };
 
@@ -275,6 +276,7 @@ StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& 
   }
   const std::int64_t num_surface = project.has_shape() ? reference.view.num_seen : frame.result.num_surface;
   frame.facts.seen_share = share_of(count(places.seen), num_surface);
+  frame.places = std::move(places);
   frame.facts.determined_share = share_of(frame.result.num_determined, num_surface);
   if (frame.result.num_determined == 0)
     throw CannotComplete(work.step_name(index) +
@@ -295,6 +297,8 @@ void write_frame(const RelitWork& work, std::size_t index, const fs::path& folde
     tint = std::move(material.tint);
   }
   for (float& v : frame.result.albedo.values()) v = std::clamp(v, 0.0f, kMaxHalf);
+  if (!frame.result.stddev.empty())
+    add_sampling_deviation(frame.result.albedo, frame.result.mask, frame.places, frame.result.stddev);
   HistoryWriter(folder, work.manifest()).write_frame(i, work.project.steps[index].time, frame.result.albedo);
   for (const std::string& extra : relit_frame_extras(work)) {
     ImageF values = extra == "stddev"      ? frame.result.stddev

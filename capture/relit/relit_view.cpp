@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
@@ -17,7 +18,10 @@ constexpr std::int64_t kRowChunk = 4;
 constexpr double kWhole =
     1e-3;  ///< A place so near to a pixel's center is that pixel: rounding of float maps, not motion.
 constexpr double kSameSurface = 6.0;  ///< Neighboring pixels of one surface are not farther apart, in texel sizes.
-constexpr double kGrazing = 1e-3;     ///< Least cosine, so that a grazing ray does not leave the picture.
+/// Of the second differences around: how far a pixel's mean is off the value at its center, and what is added half a
+/// pixel from the centers, across and down. For edges and ridges that are soft by a pixel (docs/algorithms/relit.md).
+constexpr double kPixelMean = 0.1, kBetweenPixels = 0.085;
+constexpr double kGrazing = 1e-3;  ///< Least cosine, so that a grazing ray does not leave the picture.
 
 /// Where the pixels half a step to each side meet the plane of the triangle.
 double texel_size(const Camera& camera, const Vec2& pixel, const Vec3& position, const Vec3& normal) {
@@ -57,6 +61,111 @@ ImageU8 whole_pixels(const ScanView& view, const RunControl& control) {
     }
   });
   return whole;
+}
+
+/// Weights of the pixels -1, 0, 1 and 2 of a place at `t` between 0 and 1: Catmull and Rom's spline. Quadrics are
+/// continued exactly, where weights of two pixels flatten them by up to an eighth of their second difference.
+std::array<double, 4> cubic_weights(double t) {
+  return {0.5 * t * (t * (2.0 - t) - 1.0), 0.5 * (t * t * (3.0 * t - 5.0) + 2.0), 0.5 * t * (t * (4.0 - 3.0 * t) + 1.0),
+          0.5 * t * t * (t - 1.0)};
+}
+
+/// Value between sixteen pixels, all of them whole and none saturated; else nothing.
+std::optional<Vec3> sample_cubic(const ImageF& photo, const ImageU8& whole, const Vec2& at, float saturation) {
+  const int x0 = static_cast<int>(std::floor(at.x())), y0 = static_cast<int>(std::floor(at.y()));
+  const std::array<double, 4> across = cubic_weights(at.x() - x0), down = cubic_weights(at.y() - y0);
+  Vec3 sum = Vec3::Zero();
+  for (int j = 0; j < 4; ++j) {
+    for (int i = 0; i < 4; ++i) {
+      const double weight = across[static_cast<std::size_t>(i)] * down[static_cast<std::size_t>(j)];
+      if (weight == 0.0) continue;
+      const int x = x0 + i - 1, y = y0 + j - 1;
+      if (!photo.contains(x, y) || !is_inside(whole, x, y)) return std::nullopt;
+      for (int c = 0; c < photo.channels(); ++c) {
+        if (!(photo.at(x, y, c) < saturation)) return std::nullopt;
+        sum[c] += weight * static_cast<double>(photo.at(x, y, c));
+      }
+    }
+  }
+  return sum.cwiseMax(0.0);
+}
+
+/// Value between those of the four pixels that are whole; nothing where one of the four is saturated.
+std::optional<Vec3> sample_bilinear(const ImageF& photo, const ImageU8& whole, const Vec2& at, float saturation) {
+  const int x0 = static_cast<int>(std::floor(at.x())), y0 = static_cast<int>(std::floor(at.y()));
+  Vec3 sum = Vec3::Zero();
+  double used = 0.0;
+  for (int j = 0; j < 2; ++j) {
+    for (int i = 0; i < 2; ++i) {
+      const double weight = (i == 0 ? 1.0 - (at.x() - x0) : at.x() - x0) * (j == 0 ? 1.0 - (at.y() - y0) : at.y() - y0);
+      if (!(weight > 0.0)) continue;
+      if (!photo.contains(x0 + i, y0 + j)) return std::nullopt;
+      if (!is_inside(whole, x0 + i, y0 + j)) continue;
+      used += weight;
+      for (int c = 0; c < photo.channels(); ++c) {
+        const float value = photo.at(x0 + i, y0 + j, c);
+        if (!(value < saturation)) return std::nullopt;
+        sum[c] += weight * static_cast<double>(value);
+      }
+    }
+  }
+  return Vec3(sum / used);
+}
+
+/// Deviation of a sample, in second differences around: 0.1 at a pixel's center, 0.27 in the middle of four pixels.
+double sampled_share(const Vec2& place) {
+  double share = kPixelMean;
+  for (const double at : {place.x(), place.y()}) {
+    const double t = at - std::floor(at), between = 4.0 * t * (1.0 - t);
+    share += kBetweenPixels * between * between;
+  }
+  return share;
+}
+
+/// How far from a place the middle of the pixels lies that its sample is made of, px: 0 unless some of the nearest four
+/// have no part in it.
+double distance_from_sample(const ImageU8& whole, const Vec2& at) {
+  const Vec2 corner(std::floor(at.x()), std::floor(at.y()));
+  Vec2 sum = Vec2::Zero();
+  double used = 0.0;
+  for (const Vec2& offset : {Vec2(0, 0), Vec2(1, 0), Vec2(0, 1), Vec2(1, 1)}) {
+    const Vec2 pixel = corner + offset;
+    const double weight = (1.0 - std::abs(at.x() - pixel.x())) * (1.0 - std::abs(at.y() - pixel.y()));
+    if (!(weight > 0.0) || !is_inside(whole, static_cast<int>(pixel.x()), static_cast<int>(pixel.y()))) continue;
+    sum += weight * pixel;
+    used += weight;
+  }
+  return used > 0.0 ? (sum / used - at).norm() : 0.0;
+}
+
+/// Mean squares of first and second differences across and down, times two: of a direction in which values change.
+struct SquaredDifferences {
+  Vec3 slope = Vec3::Zero(), bend = Vec3::Zero();
+};
+
+/// Of the texels around and the texel itself, as far as they have neighbors in the mask.
+SquaredDifferences differences_around(const ImageF& albedo, const ImageU8& mask, int x, int y) {
+  const auto is_known = [&](int i, int j) { return mask.contains(i, j) && mask.at(i, j) != 0; };
+  SquaredDifferences sums;
+  int num_slopes = 0, num_bends = 0;
+  for (int j = y - 1; j <= y + 1; ++j) {
+    for (int i = x - 1; i <= x + 1; ++i) {
+      if (!is_known(i, j)) continue;
+      const Vec3 here = pixel_vector(albedo, i, j);
+      for (const auto& [dx, dy] : {std::pair(1, 0), std::pair(0, 1)}) {
+        if (!is_known(i + dx, j + dy)) continue;
+        const Vec3 next = pixel_vector(albedo, i + dx, j + dy);
+        sums.slope += (next - here).cwiseAbs2();
+        ++num_slopes;
+        if (!is_known(i - dx, j - dy)) continue;
+        sums.bend += (next - 2.0 * here + pixel_vector(albedo, i - dx, j - dy)).cwiseAbs2();
+        ++num_bends;
+      }
+    }
+  }
+  sums.slope *= 2.0 / std::max(1, num_slopes);
+  sums.bend *= 2.0 / std::max(1, num_bends);
+  return sums;
 }
 
 }  // namespace
@@ -160,32 +269,31 @@ PlacedPhoto place_photo(const ImageF& photo, const StepPlaces& places, float sat
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       if (places.seen.at(x, y) == 0) continue;
-      const double u = static_cast<double>(places.place_px.at(x, y, 0)),
-                   v = static_cast<double>(places.place_px.at(x, y, 1));
-      const int x0 = static_cast<int>(std::floor(u)), y0 = static_cast<int>(std::floor(v));
-      bool is_valid = true;
-      double used = 0.0;
-      std::array<double, 3> sum{};
-      for (int j = 0; j < 2 && is_valid; ++j) {
-        for (int i = 0; i < 2 && is_valid; ++i) {
-          const double weight = (i == 0 ? 1.0 - (u - x0) : u - x0) * (j == 0 ? 1.0 - (v - y0) : v - y0);
-          if (!(weight > 0.0)) continue;
-          is_valid = photo.contains(x0 + i, y0 + j);
-          if (is_valid && !is_inside(places.whole, x0 + i, y0 + j)) continue;
-          used += weight;
-          for (int c = 0; c < channels && is_valid; ++c) {
-            const float value = photo.at(x0 + i, y0 + j, c);
-            is_valid = value < saturation;
-            sum[c] += weight * static_cast<double>(value);
-          }
-        }
-      }
-      if (!is_valid) continue;
-      for (int c = 0; c < channels; ++c) out.values.at(x, y, c) = static_cast<float>(sum[c] / used);
+      const Vec2 at(static_cast<double>(places.place_px.at(x, y, 0)), static_cast<double>(places.place_px.at(x, y, 1)));
+      std::optional<Vec3> value = sample_cubic(photo, places.whole, at, saturation);
+      if (!value) value = sample_bilinear(photo, places.whole, at, saturation);
+      if (!value) continue;
+      for (int c = 0; c < channels; ++c) out.values.at(x, y, c) = static_cast<float>((*value)[c]);
       out.valid.at(x, y) = 255;
     }
   }
   return out;
+}
+
+void add_sampling_deviation(const ImageF& albedo, const ImageU8& mask, const StepPlaces& places, ImageF& stddev) {
+  for (int y = 0; y < mask.height(); ++y) {
+    for (int x = 0; x < mask.width(); ++x) {
+      if (mask.at(x, y) == 0) continue;
+      const Vec2 at(static_cast<double>(places.place_px.at(x, y, 0)), static_cast<double>(places.place_px.at(x, y, 1)));
+      const double share = sampled_share(at), distance = distance_from_sample(places.whole, at);
+      const SquaredDifferences around = differences_around(albedo, mask, x, y);
+      for (int c = 0; c < 3; ++c) {
+        float& deviation = stddev.at(x, y, c);
+        const double variance = share * share * around.bend[c] + distance * distance * around.slope[c];
+        deviation = std::hypot(deviation, static_cast<float>(std::sqrt(variance)));
+      }
+    }
+  }
 }
 
 }  // namespace patinate::capture

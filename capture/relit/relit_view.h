@@ -61,12 +61,21 @@ struct StepPlaces {
 [[nodiscard]] StepPlaces find_places(const ScanView& reference, const ScanView& step, const Camera& camera,
                                      const RigidTransform& step_from_reference, const RunControl& control = {});
 
-/// A photograph in the reference view, bilinear between whole pixels; and what of it counts.
+/// A photograph in the reference view; and what of it counts.
 struct PlacedPhoto {
   ImageF values;  ///< H x W x C; 0 where not valid.
   ImageU8 valid;  ///< 255 where the place is seen and none of the pixels that it is made of is saturated.
 };
-/// @param saturation  Value from which on a channel is saturated; infinity for none.
+/// Samples are cubic between sixteen whole pixels, and bilinear between the whole ones of the nearest four where there
+/// are not as many.
+/// @param photo  Of 1 or 3 channels, >= 0. @param saturation  Value from which on a channel is saturated; infinity for
+/// none.
 [[nodiscard]] PlacedPhoto place_photo(const ImageF& photo, const StepPlaces& places, float saturation);
+
+/// Adds to the deviation of albedo how far a sample may be off the value at the texel's center: a pixel shows the mean
+/// over its area, between pixels more is lost (both by the second differences of the texels around), and beside an
+/// outline samples come from the pixels of one side (by the first differences).
+/// @param albedo  x 3. @param stddev  x 3; changed where `mask` has a texel.
+void add_sampling_deviation(const ImageF& albedo, const ImageU8& mask, const StepPlaces& places, ImageF& stddev);
 
 }  // namespace patinate::capture

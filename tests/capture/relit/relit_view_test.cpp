@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace patinate::capture {
 namespace {
@@ -72,6 +74,75 @@ TEST(RelitView, NothingFromOutsideIsMixedIntoTheRimOfAMovedObject) {
     const double least = 2.0 * kHalf_mm - 2.0 * 3.0;
     EXPECT_GE(num_valid, least * least) << moved.transpose();
   }
+}
+
+/// Places of all pixels, moved by half a pixel.
+StepPlaces half_a_pixel_on() {
+  StepPlaces places{ImageF(kSide, kSide, 2), ImageU8(kSide, kSide)};
+  for (int y = 2; y < kSide - 3; ++y) {
+    for (int x = 2; x < kSide - 3; ++x) {
+      places.place_px.at(x, y, 0) = static_cast<float>(x) + 0.5f;
+      places.place_px.at(x, y, 1) = static_cast<float>(y);
+      places.seen.at(x, y) = 255;
+    }
+  }
+  return places;
+}
+
+TEST(RelitView, RidgesThreePixelsWideAreNotFlattenedByMotion) {
+  // A ridge and a groove of three pixels each. At half a pixel the spline keeps 9/8 cos(w/2) - 1/8 cos(3w/2) of a wave,
+  // 0.974 of this one, and weights of two pixels keep cos(w/2), 0.866.
+  const double w = std::numbers::pi / 3.0, kept = 9.0 / 8.0 * std::cos(0.5 * w) - std::cos(1.5 * w) / 8.0;
+  ImageF photo(kSide, kSide, 1);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) photo.at(x, y) = static_cast<float>(2.0 + std::cos(w * x));
+  }
+  const StepPlaces places = half_a_pixel_on();
+  const PlacedPhoto placed = place_photo(photo, places, std::numeric_limits<float>::infinity());
+  for (int x = 2; x < kSide - 3; ++x)
+    EXPECT_NEAR(static_cast<double>(placed.values.at(x, 20)), 2.0 + kept * std::cos(w * (x + 0.5)), 1e-5) << x;
+  // A saturated pixel beside the nearest ones takes no place away, and nothing of it is in the sample.
+  photo.at(20, 20) = 100.0f;
+  const PlacedPhoto beside = place_photo(photo, places, 50.0f);
+  EXPECT_EQ(beside.valid.at(20, 20), 0);
+  ASSERT_NE(beside.valid.at(21, 20), 0);
+  EXPECT_NEAR(static_cast<double>(beside.values.at(21, 20)), 2.0 + std::cos(0.5 * w) * std::cos(w * 21.5), 1e-5);
+}
+
+TEST(RelitView, DeviationsSayHowFarAPixelsMeanIsOffItsCenter) {
+  // Flat to the left, a parabola with the second difference 0.08 to the right.
+  ImageF albedo(kSide, kSide, 3), stddev(kSide, kSide, 3, 0.003f);
+  ImageU8 mask(kSide, kSide, 1, 255);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      for (int c = 0; c < 3; ++c)
+        albedo.at(x, y, c) = x < 24 ? 0.5f : 0.5f + 0.04f * static_cast<float>((x - 24) * (x - 24));
+    }
+  }
+  for (int y = 0; y < kSide; ++y) mask.at(10, y) = 0;
+  albedo.at(10, 20, 0) = 9.0f;
+  StepPlaces places = half_a_pixel_on();
+  places.place_px.at(41, 20, 0) = 41.0f;
+  add_sampling_deviation(albedo, mask, places, stddev);
+  EXPECT_EQ(stddev.at(5, 20, 1), 0.003f) << "a flat surface";
+  EXPECT_EQ(stddev.at(11, 20, 0), 0.003f) << "what is outside of the mask does not count";
+  // At a center at least what the mean over the pixel is off on a parabola, 1/24 of the second difference, and no more
+  // than an edge would be, 0.29 of it; between centers more.
+  EXPECT_GT(stddev.at(41, 20, 2), 0.08f / 24.0f);
+  EXPECT_LT(stddev.at(41, 20, 2), 0.08f * 0.29f);
+  EXPECT_GT(stddev.at(40, 20, 2), stddev.at(41, 20, 2));
+  // A sample from one side only, half a pixel from its place, is off by half of the slope.
+  ImageF ramp(kSide, kSide, 3), of_ramp(kSide, kSide, 3);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      for (int c = 0; c < 3; ++c) ramp.at(x, y, c) = 0.01f * static_cast<float>(x);
+    }
+  }
+  places.whole = ImageU8(kSide, kSide, 1, 255);
+  places.whole.at(31, 20) = 0;
+  add_sampling_deviation(ramp, ImageU8(kSide, kSide, 1, 255), places, of_ramp);
+  EXPECT_NEAR(of_ramp.at(30, 20, 0), 0.005f, 1e-6f);
+  EXPECT_NEAR(of_ramp.at(30, 25, 0), 0.0f, 1e-6f);
 }
 
 }  // namespace

@@ -71,7 +71,7 @@ PAGES = {
     "docs/unlighting.md": "cp -r $made/mold . && cp $made/step.json .",
     "docs/calibration.md": "cp $made/rig/* .",
     "docs/devices.md": "true",
-    "docs/grading.md": f"cp {ROOT / 'analysis/grading/assets/grades.json'} .",
+    "docs/grading.md": f"cp {ROOT / 'analysis/grading/assets/grades.json'} $made/marked.png .",
     "docs/compare.md": COPPER + f" && for name in {MANY}; do cp -r copper $name; done; cp -r $made/aged copper_hydrant; "
                        # Replicates have to be different histories.
                        "for i in 1 2 3 4; do patinate history appearance copper --roughness 0.$i -o copper_$i; patinate history appearance copper --specular 0.$i -o simulated_$i; done",
@@ -165,6 +165,8 @@ def make(folder, run):
     content["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
     content["nodes"][0]["name"] = content["materials"][0]["name"] = "fire_hydrant"
     (folder / "urn.gltf").write_text(json.dumps(content))
+    # Within the largest spot of rust on the guide's panel.
+    rig.write_png(folder / "marked.png", 600, 400, lambda x, y: 1.0 if 115 <= x < 150 and 50 <= y < 85 else 0.0)
     rig.write_png(folder / "mask.png", 64, 64, lambda x, y: 1.0 if x < 40 else 0.0)
     (folder / "plate.obj").write_text(PLATE)
     plate = {**PLATE_SCENE, "run": {"iterations": 12, "history_every": 3}}

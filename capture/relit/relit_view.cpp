@@ -9,6 +9,7 @@
 
 #include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
+#include "libcommon/image/between_pixels.h"
 
 namespace patinate::capture {
 
@@ -63,17 +64,11 @@ ImageU8 whole_pixels(const ScanView& view, const RunControl& control) {
   return whole;
 }
 
-/// Weights of the pixels -1, 0, 1 and 2 of a place at `t` between 0 and 1: Catmull and Rom's spline. Quadrics are
-/// continued exactly, where weights of two pixels flatten them by up to an eighth of their second difference.
-std::array<double, 4> cubic_weights(double t) {
-  return {0.5 * t * (t * (2.0 - t) - 1.0), 0.5 * (t * t * (3.0 * t - 5.0) + 2.0), 0.5 * t * (t * (4.0 - 3.0 * t) + 1.0),
-          0.5 * t * t * (t - 1.0)};
-}
-
 /// Value between sixteen pixels, all of them whole and none saturated; else nothing.
 std::optional<Vec3> sample_cubic(const ImageF& photo, const ImageU8& whole, const Vec2& at, float saturation) {
   const int x0 = static_cast<int>(std::floor(at.x())), y0 = static_cast<int>(std::floor(at.y()));
-  const std::array<double, 4> across = cubic_weights(at.x() - x0), down = cubic_weights(at.y() - y0);
+  const std::array<double, 4> across = between_pixels::cubic_weights(at.x() - x0),
+                              down = between_pixels::cubic_weights(at.y() - y0);
   Vec3 sum = Vec3::Zero();
   for (int j = 0; j < 4; ++j) {
     for (int i = 0; i < 4; ++i) {

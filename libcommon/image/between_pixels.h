@@ -28,14 +28,18 @@ namespace between_pixels {
 /// A pixel's values.
 using Lanes = float __attribute__((vector_size(16)));
 
-/// Weights of the pixels -1, 0, 1 and 2 at t between 0 and 1.
-constexpr std::array<float, 4> cubic_weights(double t) {
-  return {static_cast<float>(t * (-0.5 + t * (1.0 - 0.5 * t))), static_cast<float>(1.0 + t * t * (1.5 * t - 2.5)),
-          static_cast<float>(t * (0.5 + t * (2.0 - 1.5 * t))), static_cast<float>(0.5 * t * t * (t - 1.0))};
+/// Weights of the pixels -1, 0, 1 and 2 at t between 0 and 1. Quadrics are continued exactly, where weights of two
+/// pixels flatten them by up to an eighth of their second difference.
+constexpr std::array<double, 4> cubic_weights(double t) {
+  return {t * (-0.5 + t * (1.0 - 0.5 * t)), 1.0 + t * t * (1.5 * t - 2.5), t * (0.5 + t * (2.0 - 1.5 * t)),
+          0.5 * t * t * (t - 1.0)};
 }
 constexpr std::array<std::array<float, 4>, kPixelSteps> make_weights() {
   std::array<std::array<float, 4>, kPixelSteps> all{};
-  for (int k = 0; k < kPixelSteps; ++k) all[k] = cubic_weights(static_cast<double>(k) / kPixelSteps);
+  for (int k = 0; k < kPixelSteps; ++k) {
+    const std::array<double, 4> weights = cubic_weights(static_cast<double>(k) / kPixelSteps);
+    for (std::size_t i = 0; i < weights.size(); ++i) all[k][i] = static_cast<float>(weights[i]);
+  }
   return all;
 }
 inline constexpr std::array<std::array<float, 4>, kPixelSteps> kWeights = make_weights();

@@ -99,7 +99,7 @@ struct StepFrame {
   UnlightResult result;  ///< In the reference view; normals in the reference's frame.
   ImageF height;         ///< Height of the scan over the reference's, mm; empty without RelitOptions::heights.
   PlacedPhoto first;     ///< Under the first light, for the report.
-  StepPlaces places;
+  StepPlaces places;     ///< Where its texels lie in the photographs.
   RelitFrame facts;
 };
 

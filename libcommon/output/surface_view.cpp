@@ -150,7 +150,7 @@ class Painter {
   // Share of the light on open ground that arrives at a place of it. Where the first ray of a pixel sees all lamps or
   // none, few lamps tell whether another of its rays does.
   [[nodiscard]] double ground_light(const Vec3& p, Draws& draws) const {
-    if (draws.seen_share && *draws.seen_share == std::round(*draws.seen_share)) {
+    if (draws.seen_share == 0.0 || draws.seen_share == 1.0) {
       const GroundLight few = ground_light(p, draws, kFewGroundRays);
       if (few.seen_share == *draws.seen_share) return few.light;
     }

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::array<std::string_view, 4> kUploads{".obj", ".ply", ".stl", ".glb"};
-constexpr double kLargestInMeters = 10.0;  ///< A mesh of at most this diagonal, whose file knows no unit, is in m.
+constexpr double kMaxDiagonal_m = 10.0;  ///< A mesh of at most this diagonal, whose file knows no unit, is in m.
 
 /// Stem and extension of a mesh by a name from outside: nothing but letters, digits and a few signs stays of it.
 std::pair<std::string, std::string> checked_name(const std::string& name) {
@@ -88,7 +88,7 @@ HttpResponse answer_begin(const Asked& asked) {
     presets.push_back({{"name", preset.name}, {"title", preset.title}, {"about", preset.about}});
   const bool is_gltf = is_gltf_file(path);
   return json_response(Json{{"size", {size.x(), size.y(), size.z()}},
-                            {"unit", is_gltf || box.diagonal() <= kLargestInMeters ? "m" : "mm"},
+                            {"unit", is_gltf || box.diagonal() <= kMaxDiagonal_m ? "m" : "mm"},
                             {"has_unit", is_gltf},
                             {"presets", std::move(presets)}});
 }

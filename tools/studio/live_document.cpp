@@ -12,7 +12,7 @@ namespace patinate::studio {
 namespace {
 
 /// Texels along each side that an edit may ask for; a slip of the hand fills no memory. Files may have more.
-constexpr int kMostTexels = 4096;
+constexpr int kMaxTexels = 4096;
 
 /// What an error says of a document: the JSON pointer ("" = none) and the rest, without the file's name.
 Json problem_json(const std::filesystem::path& file, const std::string& what) {
@@ -51,12 +51,12 @@ simulation::SceneFile LiveEngine::read(const Json& document, const RunControl& c
 
 /// @throws IoError if it is no scene, or one that is too fine to be built here.
 void LiveEngine::check_document(const Json& document) const {
-  const int most = std::max(kMostTexels, file_.scene.resolution);
+  const int max = std::max(kMaxTexels, file_.scene.resolution);
   const Json atlas = document.contains("atlas") ? document.at("atlas") : Json();
   if (atlas.is_object() && atlas.contains("resolution") && atlas.at("resolution").is_number() &&
-      atlas.at("resolution").get<double>() > most) {
+      atlas.at("resolution").get<double>() > max) {
     throw IoError(file_.file.string(), "/atlas/resolution: found " + atlas.at("resolution").dump() +
-                                           "; expected at most " + std::to_string(most) +
+                                           "; expected at most " + std::to_string(max) +
                                            " here; patinate simulate takes more");
   }
   (void)read(document, {});

@@ -85,8 +85,8 @@ fs::path ServedFolder::new_path(std::string_view name) const {
 }
 
 fs::path ServedFolder::make_file(std::string_view folder, const std::string& stem, const std::string& extension) const {
-  constexpr int kMostOfOneName = 1000;
-  for (int k = 1; k <= kMostOfOneName; ++k) {
+  constexpr int kMaxOfOneName = 1000;
+  for (int k = 1; k <= kMaxOfOneName; ++k) {
     const std::string name = stem + (k == 1 ? std::string() : "-" + std::to_string(k)) + extension;
     fs::path path = writable_path((fs::path(std::string(folder)) / name).generic_string());
     const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
@@ -96,7 +96,7 @@ fs::path ServedFolder::make_file(std::string_view folder, const std::string& ste
     }
     if (errno != EEXIST) throw CannotComplete(path.string() + ": " + std::generic_category().message(errno));
   }
-  throw InvalidInput("there are " + std::to_string(kMostOfOneName) + " files like \"" + stem + extension +
+  throw InvalidInput("there are " + std::to_string(kMaxOfOneName) + " files like \"" + stem + extension +
                      "\"; give another name");
 }
 

@@ -4,8 +4,11 @@
 
 #include <cmath>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "tests/libcommon/geometry/shapes.h"
 
 namespace patinate {
@@ -43,6 +46,31 @@ TEST(RayScene, KeepsToItsRangeOfDistances) {
   EXPECT_TRUE(scene.is_blocked_along(origin, Vec3::UnitZ(), 1.1));
   EXPECT_FALSE(scene.is_blocked_along(origin, Vec3::UnitZ(), 0.9));
   EXPECT_FALSE(scene.is_blocked_along(origin, -Vec3::UnitZ(), std::numeric_limits<double>::infinity()));
+}
+
+// A single ray is the truth: eight at once must find the same. Rays start beside a cube, so that some miss it.
+TEST(RayScene, EightAtOnceFindWhatOneByOneFind) {
+  const RayScene scene(testing_support::make_cube(1.0));
+  const Vec3 origin(0.5, 0.5, -1.0);
+  std::vector<Vec3> origins, directions;
+  std::vector<double> distances;
+  for (int i = 0; i < 8; ++i) {
+    origins.emplace_back(0.3 * i - 0.1, 0.4, -1.0);
+    directions.push_back((Vec3(0.3 * i - 0.1, 0.5, 0.0) - origin).normalized());
+    distances.push_back(i % 3 == 2 ? 0.5 : 2.0);  // Nothing lies within 0.5.
+  }
+  for (const std::size_t n : {8, 3}) {
+    const unsigned side_by_side = scene.blocked_of_8(std::span(origins).first(n), Vec3::UnitZ(), 2.0);
+    const unsigned fan = scene.blocked_of_8(origin, std::span(directions).first(n), std::span(distances).first(n));
+    for (std::size_t i = 0; i < n; ++i) {
+      EXPECT_EQ((side_by_side >> i & 1u) != 0u, scene.is_blocked_along(origins[i], Vec3::UnitZ(), 2.0)) << i;
+      EXPECT_EQ((fan >> i & 1u) != 0u, scene.is_blocked_along(origin, directions[i], distances[i])) << i;
+    }
+    EXPECT_EQ(side_by_side >> n, 0u);
+    EXPECT_EQ(fan >> n, 0u);
+    EXPECT_NE(fan, 0u);
+  }
+  EXPECT_THROW((void)scene.blocked_of_8(std::vector<Vec3>(9, origin), Vec3::UnitZ(), 2.0), InvalidInput);
 }
 
 TEST(RayScene, SegmentsAreBlockedOnlyBetweenTheirEnds) {

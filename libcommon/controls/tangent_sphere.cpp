@@ -15,7 +15,7 @@ namespace {
 constexpr double kPointSpacingShare = 0.004;  ///< Longest distance of the points that stop spheres, in diagonals.
 constexpr int kMaxSphereTriangles = 1'000'000;
 constexpr double kOwnShare = 0.006;  ///< Points nearer than this, in diagonals, are on the same surface.
-constexpr int kMostSteps = 60;
+constexpr int kMaxSteps = 60;
 constexpr double kSmooth = 0.94;  ///< Cosine of 20 degrees.
 constexpr double kConverged =
     1e-3;  ///< Relative; the points are coarser. In a hollow sphere all points are equally near.
@@ -33,22 +33,35 @@ Vec3 shape_normal(const SmoothSurface& surface, const std::vector<Vec3>& normals
   return n.norm() > 0.0 && n.normalized().dot(flat) > kSmooth ? Vec3(n.normalized()) : flat;
 }
 
-/// Radius of the sphere; each point that it holds shrinks it to pass through that point.
-double tangent_radius(const NearestPoints& points, const Vec3& p, const Vec3& normal, double largest, double own,
-                      double min_sine) {
-  double radius = largest;
+/// A sphere that touches the surface from outside.
+struct TangentSphere {
+  double radius = 0.0;
+  int stopped_by = -1;  ///< Index of the point that it also passes through, -1 = none.
+};
+
+/// Shrinks the sphere until it holds no point that counts: each point that it holds shrinks it to pass through itself.
+/// @param hint  A point that is likely to stop it, or -1. Every point that counts bounds the radius, so a hint saves
+///              steps; the result is within `kConverged` of the same radius.
+TangentSphere tangent_sphere(const NearestPoints& points, const Vec3& p, const Vec3& normal, double largest, double own,
+                             double min_sine, int hint) {
   const auto counts = [&](const Vec3& q) {
     const Vec3 d = q - p;
     const double distance = d.norm();
     return distance > own && d.dot(normal) > min_sine * distance;
   };
-  for (int step = 0; step < kMostSteps; ++step) {
-    const auto found = points.nearest_of(p + radius * normal, radius * (1.0 - kConverged), counts);
+  const auto radius_through = [&](int index) {
+    const Vec3 d = points.point(index) - p;
+    return d.squaredNorm() / (2.0 * d.dot(normal));
+  };
+  TangentSphere sphere{.radius = largest};
+  if (hint >= 0 && counts(points.point(hint)) && radius_through(hint) < largest)
+    sphere = {.radius = radius_through(hint), .stopped_by = hint};
+  for (int step = 0; step < kMaxSteps; ++step) {
+    const auto found = points.nearest_of(p + sphere.radius * normal, sphere.radius * (1.0 - kConverged), counts);
     if (found.index < 0) break;
-    const Vec3 d = points.point(found.index) - p;
-    radius = d.squaredNorm() / (2.0 * d.dot(normal));
+    sphere = {.radius = radius_through(found.index), .stopped_by = found.index};
   }
-  return radius;
+  return sphere;
 }
 
 }  // namespace
@@ -78,11 +91,12 @@ ControlMap tangent_sphere_map(const TexelMap& map, const TangentSphereOptions& o
   const NearestPoints points(surface.mesh().positions);
   ImageF values(map.width(), map.height());
   parallel_for(map.num_texels(), 256, control.part(0.2, 0.99), [&](TexelId begin, TexelId end) {
+    TangentSphere sphere;
     for (TexelId t = begin; t < end; ++t) {
       if (!map.is_covered(t)) continue;
-      const double radius =
-          tangent_radius(points, surface.position_mm(t), shape_normal(surface, normals, t), largest, own, min_sine);
-      values.values()[t] = static_cast<float>(std::min(1.0 / radius, 1e30));
+      sphere = tangent_sphere(points, surface.position_mm(t), shape_normal(surface, normals, t), largest, own, min_sine,
+                              sphere.stopped_by);
+      values.values()[t] = static_cast<float>(std::min(1.0 / sphere.radius, 1e30));
     }
   });
   const double low = 1.0 / largest;

@@ -48,7 +48,7 @@ struct ControlKind {
 [[nodiscard]] const std::vector<std::string>& control_kind_names();
 
 /// Raised when the same input gives other values: part of every key that stands for a map.
-inline constexpr int kControlVersion = 2;
+inline constexpr int kControlVersion = 3;
 
 /// The options that a kind uses; all others have their defaults. @param kind  One of control_kind_names().
 [[nodiscard]] ControlKindOptions used_options(const std::string& kind, const ControlKindOptions& options);

@@ -117,6 +117,7 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
   if (size() > kMaxNeighbors)
     throw InvalidInput("neighborhood: " + std::to_string(size()) + " neighbors; at most " +
                        std::to_string(kMaxNeighbors));
+  find_all_steps(control);
   const std::vector<bool> follows_grid = follow_their_grid(reach);
   chunks_.resize((band_.size() + kChunk - 1) / kChunk);
   parallel_for(static_cast<std::int64_t>(chunks_.size()), 1, control,
@@ -198,6 +199,18 @@ void TexelNeighborhood::find_steps(int triangle, std::span<PixelNeighbor> steps)
   }
 }
 
+/// Cursors look steps up instead of finding them again for each of a few triangles, where this takes little memory.
+void TexelNeighborhood::find_all_steps(const RunControl& control) {
+  constexpr std::size_t kMaxSteps = std::size_t{4} << 20;  // 64 MB.
+  const std::size_t num_triangles = map_.mesh().triangles.size();
+  if (num_triangles * size() > kMaxSteps) return;
+  steps_.resize(num_triangles * size());
+  parallel_for(static_cast<std::int64_t>(num_triangles), 512, control, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t t = begin; t < end; ++t)
+      find_steps(static_cast<int>(t), std::span(steps_).subspan(static_cast<std::size_t>(t) * size(), size()));
+  });
+}
+
 FlatNeighbors TexelNeighborhood::flat(const RunControl& control) const {
   using neighbor_kernel::kNoNeighbor;
   using neighbor_kernel::PackedNeighbor;
@@ -252,10 +265,15 @@ FlatNeighbors TexelNeighborhood::flat(const RunControl& control) const {
 void TexelNeighborhood::Cursor::follow_grid(TexelId t) {
   const TexelNeighborhood& all = neighborhood_;
   const int triangle = all.map_.triangle(t);
-  const std::size_t kept = static_cast<std::size_t>(triangle) % kNumKept;
-  const auto steps = std::span(steps_).subspan(kept * all.size(), all.size());
-  if (triangle != triangles_[kept]) all.find_steps(triangle, steps);
-  triangles_[kept] = triangle;
+  const auto found_steps = [&]() -> std::span<const PixelNeighbor> {
+    if (!all.steps_.empty()) return std::span(all.steps_).subspan(triangle * all.size(), all.size());
+    const std::size_t kept = static_cast<std::size_t>(triangle) % kNumKept;
+    const auto steps = std::span(steps_).subspan(kept * all.size(), all.size());
+    if (triangle != triangles_[kept]) all.find_steps(triangle, steps);
+    triangles_[kept] = triangle;
+    return steps;
+  };
+  const std::span<const PixelNeighbor> steps = found_steps();
   for (std::size_t k = 0; k < steps.size(); ++k) {
     found_[k] = steps[k];
     found_[k].texel = steps[k].texel == kNoStep ? -1 : t + steps[k].texel;

@@ -117,6 +117,7 @@ class TexelNeighborhood {
   static constexpr std::size_t kChunk = 4096;
   [[nodiscard]] PixelNeighbor in_pixels(const TexelNeighbor& n) const;
   void find_steps(int triangle, std::span<PixelNeighbor> steps) const;
+  void find_all_steps(const RunControl& control);
   [[nodiscard]] std::vector<bool> follow_their_grid(const std::vector<int>& reach) const;
   void store(std::size_t chunk, const std::vector<bool>& follows_grid);
 
@@ -124,6 +125,7 @@ class TexelNeighborhood {
   std::vector<Vec2> offsets_mm_;
   std::shared_ptr<const FlowFrames> frames_;
   double pixel_mm_;
+  std::vector<PixelNeighbor> steps_;  ///< By triangle, as find_steps() says; empty: too many triangles, or too few.
   TexelSet band_;              ///< Texels with a row.
   std::vector<Chunk> chunks_;  ///< kChunk rows each.
 };

@@ -85,10 +85,10 @@ std::int64_t PatchCut::score(const PieceCenter& center, std::int64_t bound) cons
     const std::int32_t pixel = task_.features.pixel_at(at.x, at.y);
     sum += spread_weight_ * (pixel < 0 ? kMaxOff : task_.control_cost.at(task_.destination.target(s.texel), pixel));
   }
-  for (std::size_t i = 0; i < rim_.size() && sum < bound; ++i) {
-    const FixedPoint at = center.at(rim_[i].offset);
+  for (auto s = telling_rim_.begin(); s != telling_rim_.end() && sum < bound; ++s) {
+    const FixedPoint at = center.at(s->offset);
     const std::int32_t pixel = task_.features.pixel_at(at.x, at.y);
-    sum += rim_weight_ * (pixel < 0 ? 2 * kMaxOff : std::min(kMaxOff, task_.features.distance(pixel, rim_[i].pixel)));
+    sum += rim_weight_ * (pixel < 0 ? 2 * kMaxOff : std::min(kMaxOff, task_.features.distance(pixel, s->pixel)));
   }
   return sum;
 }
@@ -177,6 +177,10 @@ void PatchCut::find_candidates(const SurfacePatch& patch, RandomStream random) {
   for_each_of(rim.size(), kNumRim, [&](std::size_t i) {
     rim_.push_back({patch.texels[rim[i]].offset, current_[rim[i]].pixel});
     rim_texels.push_back(rim[i]);
+  });
+  telling_rim_ = rim_;
+  std::stable_sort(telling_rim_.begin(), telling_rim_.end(), [&](const RimSample& a, const RimSample& b) {
+    return task_.features.magnitude(a.pixel) > task_.features.magnitude(b.pixel);
   });
   for_each_of(patch.texels.size(), kNumSpread, [&](std::size_t i) {
     spread_.push_back({patch.texels[i].offset, patch.texels[i].texel});

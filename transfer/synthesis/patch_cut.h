@@ -92,6 +92,7 @@ class PatchCut {
     TexelId texel = 0;
   };
   std::vector<RimSample> rim_;
+  std::vector<RimSample> telling_rim_;  ///< The same, those first that few places of the source are like.
   std::vector<ControlSample> spread_;
   std::int64_t rim_weight_ = 0, spread_weight_ = 0;
   std::vector<Candidate> best_;  ///< Ascending by score, never two within kApart_px.

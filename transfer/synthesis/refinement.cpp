@@ -126,51 +126,58 @@ LevelRefiner::LevelRefiner(const SynthesisLevel& level, const SourceStructure& s
   for (double factor : kHalfFactors) halves_.push_back(half_px(factor, structure));
 }
 
-PatchFinder LevelRefiner::finder() const {
-  return {*level_.destination.map, beside_, level_.destination.placement.turns.get()};
-}
-
 void LevelRefiner::round(int index, PlaceMap& places, const RunControl& control) {
   amounts_.measure(level_.destination, places, control);
   if (!has_structure_) nearby_.measure(places, control);
   costs_.measure(places, control);
-  choose_windows(index, control);
-  // No window holds a texel beside another's: what one writes, no other reads.
-  parallel_for(static_cast<std::int64_t>(windows_.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
-    Window& window = windows_[begin];
-    SurfacePatch patch;
-    PatchFinder finder = this->finder();
-    finder.find_texels(window.center, window.half_px, patch);
-    finder.find_edges(patch);
-    PatchCut cut(task_);
-    const RandomStream random(seed_, window.block, 3000 + static_cast<std::uint32_t>(index));
-    window.has_gained = cut.improve(patch, places, random, control) > 0;
-    if (!window.has_gained) return;
-    for (std::size_t i = 0; i < patch.texels.size(); ++i) places.set(patch.texels[i].texel, cut.improved()[i]);
-  });
+  const std::vector<Wish> wishes = find_wishes();
   for (int& p : patience_) p += (kPatient - p) / 8;
-  for (const Window& window : windows_) {
-    int& patience = patience_[window.block];
-    patience = patience * (window.has_gained ? 9 : 6) / 10;
+  std::fill(is_taken_.begin(), is_taken_.end(), std::uint8_t{0});
+
+  PatchFinder finder(*level_.destination.map, beside_, level_.destination.placement.turns.get());
+  std::span<const Wish> rest = wishes;
+  for (std::vector<Window> windows = choose_windows(index, rest, finder, control), next; !windows.empty();
+       std::swap(windows, next)) {
+    // No window holds a texel beside another's: what one writes, no other reads. The next are chosen meanwhile.
+    parallel_for(static_cast<std::int64_t>(windows.size()) + 1, 1, control, [&](std::int64_t begin, std::int64_t) {
+      if (begin == 0)
+        next = choose_windows(index, rest, finder, control);
+      else
+        improve(index, windows[begin - 1], places, control);
+    });
+    for (const Window& window : windows) {
+      int& patience = patience_[window.block];
+      patience = patience * (window.has_gained ? 9 : 6) / 10;
+    }
   }
 }
 
-void LevelRefiner::choose_windows(int index, const RunControl& control) {
-  windows_.clear();
-  std::fill(is_taken_.begin(), is_taken_.end(), std::uint8_t{0});
-  struct Wish {
-    std::int64_t priority;
-    std::size_t block;
-  };
+void LevelRefiner::improve(int index, Window& window, PlaceMap& places, const RunControl& control) const {
+  PatchCut cut(task_);
+  const RandomStream random(seed_, window.block, 3000 + static_cast<std::uint32_t>(index));
+  window.has_gained = cut.improve(window.patch, places, random, control) > 0;
+  if (!window.has_gained) return;
+  for (std::size_t i = 0; i < window.patch.texels.size(); ++i)
+    places.set(window.patch.texels[i].texel, cut.improved()[i]);
+}
+
+std::vector<LevelRefiner::Wish> LevelRefiner::find_wishes() const {
   std::vector<Wish> wishes;
   for (std::size_t b = 0; b < costs_.size(); ++b) {
     if (const std::int64_t cost = costs_.around(b); cost > 0) wishes.push_back({cost * patience_[b], b});
   }
   std::stable_sort(wishes.begin(), wishes.end(), [](const Wish& a, const Wish& b) { return a.priority > b.priority; });
-  PatchFinder finder = this->finder();
+  return wishes;
+}
+
+std::vector<LevelRefiner::Window> LevelRefiner::choose_windows(int index, std::span<const Wish>& wishes,
+                                                               PatchFinder& finder, const RunControl& control) {
+  std::vector<Window> windows;
   SurfacePatch patch;
-  for (const Wish& wish : wishes) {
-    if (windows_.size() % 16 == 0) control.throw_if_stopped();
+  std::size_t num_texels = 0;
+  for (; !wishes.empty() && num_texels < kBatch; wishes = wishes.subspan(1)) {
+    const Wish& wish = wishes.front();
+    if (wishes.size() % 256 == 0) control.throw_if_stopped();
     const TexelId center = costs_.texel_in(wish.block);
     if (center < 0 || is_taken_[center] != 0) continue;
     finder.find_texels(center, kSmallestHalf_px / 2, patch);  // Most have no room: this is quick.
@@ -183,8 +190,11 @@ void LevelRefiner::choose_windows(int index, const RunControl& control) {
     finder.find_edges(patch);
     if (sees_a_member(patch)) continue;
     take(patch);
-    windows_.push_back({.block = wish.block, .center = center, .half_px = patch.half_px});
+    num_texels += patch.texels.size();
+    windows.push_back({.block = wish.block, .patch = std::move(patch)});
+    patch = {};
   }
+  return windows;
 }
 
 int LevelRefiner::room_px(const SurfacePatch& patch) const {

@@ -65,19 +65,29 @@ class LevelRefiner {
 
  private:
   static constexpr int kPatient = 256;
+  /// Patches of all windows of a large atlas at once would take more memory than everything else: a texel takes about
+  /// 150 bytes in them.
+  static constexpr std::size_t kBatch = 128 * 1024;
   static constexpr std::uint8_t kBeside = 1, kMember = 2;  ///< Marks of a window of this round.
 
-  /// A window of a round: its patch is found twice, since all patches of a large atlas at once would take more memory
-  /// than everything else.
+  /// A window of a round.
   struct Window {
     std::size_t block = 0;
-    TexelId center = -1;
-    int half_px = 0;
+    SurfacePatch patch;
     bool has_gained = false;
   };
-  /// Greedily, those of most cost first, none within a texel of another.
-  void choose_windows(int index, const RunControl& control);
-  [[nodiscard]] PatchFinder finder() const;
+  /// A block that may become a window, by its cost and patience.
+  struct Wish {
+    std::int64_t priority;
+    std::size_t block;
+  };
+  /// All blocks that cost something, those of most cost first.
+  [[nodiscard]] std::vector<Wish> find_wishes() const;
+  /// The next windows of a round, greedily, none within a texel of another: their patches have about kBatch texels.
+  /// @param wishes  Those that were looked at are removed from its front.
+  [[nodiscard]] std::vector<Window> choose_windows(int index, std::span<const Wish>& wishes, PatchFinder& finder,
+                                                   const RunControl& control);
+  void improve(int index, Window& window, PlaceMap& places, const RunControl& control) const;
   /// To the nearest texel that is taken, or to the rim.
   [[nodiscard]] int room_px(const SurfacePatch& patch) const;
   /// Over seams a texel may see one that does not see it.
@@ -98,7 +108,6 @@ class LevelRefiner {
   BlockCosts costs_;
   std::vector<int> patience_;           ///< By block: falls where nothing is gained.
   std::vector<std::uint8_t> is_taken_;  ///< By texel.
-  std::vector<Window> windows_;
 };
 
 /// Spreads what pieces are sheared by: a place becomes the mean of where it lies and where its neighbors of the same

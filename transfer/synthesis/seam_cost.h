@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -31,6 +32,11 @@ class SeamFeatures {
 
   /// |F(a) - F(b)|, rounded down; a correctly rounded square root, so the same everywhere.
   [[nodiscard]] std::int32_t distance(std::int32_t a, std::int32_t b) const;
+  /// |F(a)|, squared: lines and unusual looks have much of it.
+  [[nodiscard]] std::int32_t magnitude(std::int32_t a) const {
+    const std::int16_t* p = values_.data() + std::int64_t{a} * kSize;
+    return std::inner_product(p, p + kSize, p, std::int32_t{0});
+  }
   /// V of places a (at p) and b (at q) with q at `step` from p, in p's frame.
   /// @param frame_turn  How far q's frame is turned in p's. Each piece goes by the step as it is turned itself.
   [[nodiscard]] std::int32_t seam(const Place& a, const Place& b, const FixedPoint& step, Turn frame_turn = 0) const;

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Raised when the same input gives other coordinates: of an atlas of one tile, and of several.
-constexpr std::int64_t kStageVersion = 13, kTilesVersion = 15;
+constexpr std::int64_t kStageVersion = 14, kTilesVersion = 16;
 
 }  // namespace
 

@@ -28,8 +28,11 @@ class BlockCosts {
   [[nodiscard]] std::size_t size() const { return costs_.size(); }
   /// Measures the cost of the pairs of texels in each block.
   void measure(const PlaceMap& places, const RunControl& control);
-  /// Cost of the 3 x 3 blocks around one.
-  [[nodiscard]] std::int64_t around(std::size_t block) const;
+  struct Sum {
+    std::int64_t cost = 0, num_covered = 0;  ///< Covered texels.
+  };
+  /// Of the 3 x 3 blocks around one.
+  [[nodiscard]] Sum around(std::size_t block) const;
   /// A texel near the middle of a block; -1 = none.
   [[nodiscard]] TexelId texel_in(std::size_t block) const;
 
@@ -42,6 +45,7 @@ class BlockCosts {
   const SeamFeatures& features_;
   int columns_, rows_;
   std::vector<std::int64_t> costs_;
+  std::vector<std::int32_t> num_covered_;  ///< By block.
 };
 
 struct RefinementOptions {
@@ -81,7 +85,7 @@ class LevelRefiner {
     std::int64_t priority;
     std::size_t block;
   };
-  /// All blocks that cost something, those of most cost first.
+  /// All blocks whose borders can be seen, those of most cost first.
   [[nodiscard]] std::vector<Wish> find_wishes() const;
   /// The next windows of a round, greedily, none within a texel of another: their patches have about kBatch texels.
   /// @param wishes  Those that were looked at are removed from its front.

@@ -289,8 +289,8 @@ GradedSurface grade_surface(const TextureSeries& series, GradeRequest request, c
       const ImageU8& region = regions[r].mask;
       RegionFigures& figures = out.regions[r].times.emplace_back();
       add_rust_figures(counted, region, out.pixel_mm, rule, figures);
-      if (has_unexposed) add_color_figures(before, now, rust.coverage, region, figures);
-      if (has_gloss) add_gloss_figures(f0, roughness, rust.coverage, region, figures);
+      if (has_unexposed) add_color_figures(before, now, rust.coverage, cracks, region, figures);
+      if (has_gloss) add_gloss_figures(f0, roughness, rust.coverage, cracks, region, figures);
       if (has_unexposed && out.pixel_mm) add_crack_figures(cracks, region, *out.pixel_mm, figures);
       if (has_relief) add_relief_figures(relief[0], relief[1], rust.coverage, region, *out.pixel_mm, figures);
       if (scribe) add_creep_figures(rust.coverage, region, *out.pixel_mm, *scribe, figures);

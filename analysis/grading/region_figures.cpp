@@ -1,6 +1,7 @@
 #include "analysis/grading/region_figures.h"
 
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -22,6 +23,11 @@ constexpr double kColorUncertainty = 0.04;
 constexpr double kSmallUncertainty = 0.3;
 constexpr double kSmall_px = 16.0;
 constexpr double kCleanRust = 0.05;       // Coverage up to which a pixel shows the coating.
+constexpr int kCrackRim_px = 2;           // Blurred edges of cracks are darker than the coating.
+constexpr int kPlacesAlong = 4;           // Places of a region, along each side of its box.
+constexpr double kMinPlaceShare = 0.5;    // Pixels of a place that counts, over those of a mean one.
+constexpr double kConfidence = 0.9;       // Of intervals.
+constexpr double kLengthError = 0.05;     // Largest error of the length of a line of pixels [Dorst and Smeulders 1987].
 constexpr double kMaxOfRust = 0.8;        // Share of the rusted area that decides its distribution [ours].
 constexpr double kFewOfRust = 0.2;        ///< H of ASTM D610 from here on (docs/algorithms/grading.md).
 constexpr int kDistributionSquares = 10;  // Along the longer side of the region.
@@ -85,24 +91,89 @@ std::string distribution_of(const std::map<int, InRegion>& spots, const ImageU8&
   return is_localized(spots, region) ? "S" : "G";
 }
 
-/// Medians: what stains tint is less than half of a coating that is measured.
-std::array<double, 3> median_color(const ImageF& image, const std::vector<std::size_t>& pixels) {
-  std::array<double, 3> color{};
-  for (std::size_t c = 0; c < 3; ++c) {
-    std::vector<double> values;
-    for (const std::size_t i : pixels) values.push_back(static_cast<double>(image.data()[3 * i + c]));
-    color[c] = median(std::move(values));
-  }
-  return color;
-}
+/// A pixel of the coating, and which of the region's places it lies in.
+struct CleanPixel {
+  std::size_t pixel = 0;
+  int place = 0;
+};
 
-std::vector<std::size_t> clean_pixels(const ImageF& rust, const ImageU8& region) {
-  std::vector<std::size_t> out;
-  for (std::int64_t i = 0; i < region.num_pixels(); ++i) {
-    if (region.data()[i] != 0 && static_cast<double>(rust.data()[i]) <= kCleanRust)
-      out.push_back(static_cast<std::size_t>(i));
+/// Pixels without rust and cracks.
+std::vector<CleanPixel> clean_pixels(const ImageF& rust, const ImageU8& cracks, const ImageU8& region) {
+  const auto is_near_crack = [&](int x, int y) {
+    if (cracks.empty()) return false;
+    for (int j = std::max(0, y - kCrackRim_px); j <= std::min(region.height() - 1, y + kCrackRim_px); ++j) {
+      for (int i = std::max(0, x - kCrackRim_px); i <= std::min(region.width() - 1, x + kCrackRim_px); ++i) {
+        if (cracks.at(i, j) != 0) return true;
+      }
+    }
+    return false;
+  };
+  int left = region.width(), right = 0, top = region.height(), bottom = 0;
+  for (int y = 0; y < region.height(); ++y) {
+    for (int x = 0; x < region.width(); ++x) {
+      if (region.at(x, y) == 0) continue;
+      left = std::min(left, x), right = std::max(right, x), top = std::min(top, y), bottom = std::max(bottom, y);
+    }
+  }
+  std::vector<CleanPixel> out;
+  for (int y = top; y <= bottom; ++y) {
+    for (int x = left; x <= right; ++x) {
+      if (region.at(x, y) == 0 || static_cast<double>(rust.at(x, y)) > kCleanRust || is_near_crack(x, y)) continue;
+      const int column = kPlacesAlong * (x - left) / (right - left + 1),
+                row = kPlacesAlong * (y - top) / (bottom - top + 1);
+      out.push_back({static_cast<std::size_t>(y) * region.width() + x, row * kPlacesAlong + column});
+    }
   }
   return out;
+}
+
+using Color = std::array<double, 3>;
+
+/// @param channel  Of `channels`.
+std::vector<double> values_of(const ImageF& image, const std::vector<std::size_t>& pixels, std::size_t channels,
+                              std::size_t channel) {
+  std::vector<double> values;
+  values.reserve(pixels.size());
+  for (const std::size_t i : pixels) values.push_back(static_cast<double>(image.data()[channels * i + channel]));
+  return values;
+}
+
+/// Mean of the middle half: what stains tint is less than a quarter of a coating that is measured. A median of
+/// photographs of 8 bits would be one of few values.
+double middle_mean(std::vector<double> values) {
+  const std::size_t n = values.size(), first = n / 4, last = n - 1 - n / 4;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(first), values.end());
+  std::nth_element(values.begin() + static_cast<std::ptrdiff_t>(first),
+                   values.begin() + static_cast<std::ptrdiff_t>(last), values.end());
+  double sum = 0.0;
+  for (std::size_t i = first; i <= last; ++i) sum += values[i];
+  return sum / static_cast<double>(last - first + 1);
+}
+
+/// A value of all clean pixels, and an interval from the spread of the values of the region's places: the mean of
+/// places, as a gauge that is set down several times reads them. @param value_of  Of some of the pixels.
+template <class ValueOf>
+GradedFigure figure_of_places(const std::vector<CleanPixel>& clean, const ValueOf& value_of) {
+  std::vector<std::size_t> all;
+  std::array<std::vector<std::size_t>, kPlacesAlong * kPlacesAlong> places;
+  for (const CleanPixel& p : clean) {
+    all.push_back(p.pixel);
+    places[static_cast<std::size_t>(p.place)].push_back(p.pixel);
+  }
+  const double value = value_of(all);
+  std::vector<double> values;
+  for (const std::vector<std::size_t>& place : places) {
+    if (static_cast<double>(place.size() * places.size()) >= kMinPlaceShare * static_cast<double>(all.size()))
+      values.push_back(value_of(place));
+  }
+  const auto n = static_cast<double>(values.size());
+  if (values.size() < 2) return {value, value, value};
+  double mean = 0.0, squares = 0.0;
+  for (const double v : values) mean += v / n;
+  for (const double v : values) squares += (v - mean) * (v - mean);
+  const double student = boost::math::quantile(boost::math::students_t(n - 1.0), 0.5 * (1.0 + kConfidence));
+  const double half = student * std::sqrt(squares / (n - 1.0) / n);
+  return {value, value - half, value + half};
 }
 
 }  // namespace
@@ -155,33 +226,43 @@ void add_rust_figures(const RustFrame& rust, const ImageU8& region, std::optiona
   figures.distribution = distribution_of(kept, region, *pixel_mm, rule.pinpoint_mm);
 }
 
-void add_color_figures(const ImageF& before, const ImageF& now, const ImageF& rust, const ImageU8& region,
-                       RegionFigures& figures) {
-  const std::vector<std::size_t> clean = clean_pixels(rust, region);
+void add_color_figures(const ImageF& before, const ImageF& now, const ImageF& rust, const ImageU8& cracks,
+                       const ImageU8& region, RegionFigures& figures) {
+  const std::vector<CleanPixel> clean = clean_pixels(rust, cracks, region);
   if (clean.empty()) return;
-  const std::array<double, 3> a = median_color(before, clean), b = median_color(now, clean);
-  const std::array<double, 3> from = lab_from_linear(a[0], a[1], a[2]), to = lab_from_linear(b[0], b[1], b[2]);
-  const double l = to[0] - from[0], da = to[1] - from[1], db = to[2] - from[2];
-  set_exact(figures, "delta_e", std::sqrt(l * l + da * da + db * db));
-  set_exact(figures, "ciede2000", ciede2000(from, to));
-  set_exact(figures, "delta_l", l);
-  set_exact(figures, "delta_a", da);
-  set_exact(figures, "delta_b", db);
+  const auto lab_of = [](const ImageF& image, const std::vector<std::size_t>& pixels) {
+    Color color{};
+    for (std::size_t c = 0; c < 3; ++c) color[c] = middle_mean(values_of(image, pixels, 3, c));
+    return lab_from_linear(color[0], color[1], color[2]);
+  };
+  const auto set = [&](std::string_view name, bool is_difference, const auto& change) {
+    GradedFigure figure = figure_of_places(clean, [&](const std::vector<std::size_t>& pixels) {
+      return change(lab_of(before, pixels), lab_of(now, pixels));
+    });
+    if (is_difference) figure.low = std::max(0.0, figure.low);
+    slot(figures, name) = figure;
+  };
+  set("delta_e", true,
+      [](const Color& from, const Color& to) { return std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]); });
+  set("ciede2000", true, [](const Color& from, const Color& to) { return ciede2000(from, to); });
+  set("delta_l", false, [](const Color& from, const Color& to) { return to[0] - from[0]; });
+  set("delta_a", false, [](const Color& from, const Color& to) { return to[1] - from[1]; });
+  set("delta_b", false, [](const Color& from, const Color& to) { return to[2] - from[2]; });
 }
 
-void add_gloss_figures(const ImageF& f0, const ImageF& roughness, const ImageF& rust, const ImageU8& region,
-                       RegionFigures& figures) {
-  std::vector<double> strengths, widths;
-  for (const std::size_t i : clean_pixels(rust, region)) {
-    if (!(roughness.data()[i] > 0.0f)) continue;
-    strengths.push_back(static_cast<double>(f0.data()[i]));
-    widths.push_back(static_cast<double>(roughness.data()[i]));
+void add_gloss_figures(const ImageF& f0, const ImageF& roughness, const ImageF& rust, const ImageU8& cracks,
+                       const ImageU8& region, RegionFigures& figures) {
+  std::vector<CleanPixel> clean = clean_pixels(rust, cracks, region);
+  std::erase_if(clean, [&](const CleanPixel& p) { return !(roughness.data()[p.pixel] > 0.0f); });
+  if (clean.empty()) return;
+  for (const auto& [name, angle] : {std::pair("gloss_20", 20), std::pair("gloss_60", 60), std::pair("gloss_85", 85)}) {
+    GradedFigure figure = figure_of_places(clean, [&](const std::vector<std::size_t>& pixels) {
+      return gloss_units(angle, std::clamp(middle_mean(values_of(f0, pixels, 1, 0)), 0.0, 1.0),
+                         std::clamp(middle_mean(values_of(roughness, pixels, 1, 0)), 0.05, 1.0));
+    });
+    figure.low = std::max(0.0, figure.low);
+    slot(figures, name) = figure;
   }
-  if (widths.empty()) return;
-  const double strength = std::clamp(median(strengths), 0.0, 1.0), width = std::clamp(median(widths), 0.05, 1.0);
-  set_exact(figures, "gloss_20", gloss_units(20, strength, width));
-  set_exact(figures, "gloss_60", gloss_units(60, strength, width));
-  set_exact(figures, "gloss_85", gloss_units(85, strength, width));
 }
 
 void add_crack_figures(const ImageU8& cracks, const ImageU8& region, double pixel_mm, RegionFigures& figures) {
@@ -194,7 +275,11 @@ void add_crack_figures(const ImageU8& cracks, const ImageU8& region, double pixe
   }
   double all = 0.0;
   for (const std::uint8_t v : region.values()) all += v != 0 ? 1.0 : 0.0;
-  set_exact(figures, "crack_mm_per_mm2", network.length_px / (all * pixel_mm));
+  // A line of pixels is as long as its steps within kLengthError. Cracks hide parts of one another where they cross or
+  // touch: of lines at random places the share that they cover.
+  const double density = network.length_px / (all * pixel_mm), hidden = std::min(0.9, network.area_px / all);
+  slot(figures, "crack_mm_per_mm2") =
+      GradedFigure{density, (1.0 - kLengthError) * density, (1.0 + kLengthError) * density / (1.0 - hidden)};
   // The edges of a crack are known to half a pixel each.
   const double width = network.width_px().value_or(0.0) * pixel_mm;
   slot(figures, "crack_width_mm") = GradedFigure{width, std::max(0.0, width - pixel_mm), width + pixel_mm};

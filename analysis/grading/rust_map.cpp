@@ -28,6 +28,9 @@ constexpr double kFaintSigmas = 3.5, kPeakSigmas = 5.5;  // Standard deviations 
 constexpr std::size_t kMaxFaint_px = 25;                 // A larger faint place is a stain.
 constexpr double kStays = 0.6;         // Share of a faint spot's opacity that later photographs show, too.
 constexpr double kMinContrast = 1e-4;  // Squared distance of rust's color from the surface's, linear.
+constexpr double kDarkOpacity = 0.2;   // Opacities from here on are looked at: a fainter pixel is in no spot.
+constexpr double kMinTint = 0.1;       // Distance of two chromaticities that noise of a hundredth does not hide.
+constexpr double kMinTintShare = 0.4;  // Less than half, by the noise of a dark pixel.
 
 std::array<double, 3> lab_of(const std::array<double, 3>& c) { return lab_from_linear(c[0], c[1], c[2]); }
 
@@ -37,6 +40,33 @@ bool has_rust_color(const std::array<double, 3>& lab, const RustRule& rule) {
   const double off_middle = std::remainder(hue - 0.5 * (rule.low_hue_deg + rule.high_hue_deg), 360.0);
   return chroma >= rule.least_chroma && lab[0] >= rule.least_lightness && lab[0] <= rule.most_lightness &&
          std::abs(off_middle) <= 0.5 * (rule.high_hue_deg - rule.low_hue_deg);
+}
+
+using Color = std::array<double, 3>;
+
+Color chromaticity(const Color& linear) {
+  constexpr double kBlack = 1e-3;
+  const double sum = std::max(kBlack, linear[0] + linear[1] + linear[2]);
+  return {linear[0] / sum, linear[1] / sum, linear[2] / sum};
+}
+
+/// Cracks, scratches and dirt darken a coating as rust does, but do not tint it: of the way from the coating's
+/// chromaticity to that of rust they go less than such a mixture of the two would. Where rust has hardly another tint
+/// than the coating, nothing is told apart.
+bool is_only_dark(const Color& now, const Color& clean, const Color& rust, double opacity) {
+  if (opacity < kDarkOpacity) return false;
+  Color mixed{};
+  for (std::size_t c = 0; c < 3; ++c) mixed[c] = clean[c] + std::min(opacity, 1.0) * (rust[c] - clean[c]);
+  const Color from = chromaticity(clean), to = chromaticity(rust), seen = chromaticity(now),
+              expected = chromaticity(mixed);
+  double seen_way = 0.0, expected_way = 0.0, squared = 0.0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double way = to[c] - from[c];
+    seen_way += way * (seen[c] - from[c]);
+    expected_way += way * (expected[c] - from[c]);
+    squared += way * way;
+  }
+  return squared >= kMinTint * kMinTint && seen_way < kMinTintShare * expected_way;
 }
 
 double distance(const std::array<double, 3>& a, const std::array<double, 3>& b) {
@@ -113,7 +143,8 @@ RustMap::RustMap(const GradedFrames& frames, const RustRule& rule, const RunCont
                        whole += way * way;
                      }
                      const std::size_t k = n * static_cast<std::size_t>(t) + i;
-                     opacity_[k] = opacity_code(whole > kMinContrast ? along / whole : 0.0);
+                     const double opacity = whole > kMinContrast ? along / whole : 0.0;
+                     opacity_[k] = opacity_code(is_only_dark(now, clean, *rust_color_, opacity) ? 0.0 : opacity);
                      const std::array<double, 3> lab = lab_of(now);
                      is_colored_[k] =
                          has_rust_color(lab, rule_) && distance(lab, lab_of(clean)) >= rule_.least_change ? 1 : 0;

@@ -14,7 +14,8 @@ namespace patinate::analysis {
 namespace {
 
 /// Of damage that does not heal.
-constexpr std::array<std::string_view, 4> kHealsNever{"rusted_percent", "creep_mm", "creep_max_mm", "flaked_percent"};
+constexpr std::array<std::string_view, 5> kHealsNever{"rusted_percent", "crack_mm_per_mm2", "creep_mm", "creep_max_mm",
+                                                      "flaked_percent"};
 constexpr int kForecastSteps = 24;
 
 /// What a figure can be: areas end at the whole surface, and only differences of L*, a*, b* have a sign.

@@ -11,6 +11,7 @@
 #include "analysis/grading/region_figures.h"
 #include "analysis/grading/rust_map.h"
 #include "libcommon/core/random.h"
+#include "libcommon/metrics/color_curves.h"
 #include "patinate/core/error.h"
 #include "patinate/metrics/difference.h"
 #include "tests/support/errors.h"
@@ -122,6 +123,27 @@ TEST(RustMap, FindsNoneOnACleanSurfaceWhoseLightDrifts) {
   EXPECT_FALSE(map.rust_color());
 }
 
+TEST(RustMap, DarkLinesAreNoRustEvenWhereTheyTouchIt) {
+  const DrawnPanel before, after{.seed = 2};
+  ImageF now = after.image(true);
+  // Gray cracks of 3 px across the whole picture, through the spot.
+  for (int k = 0; k < now.width(); ++k) {
+    for (int d = -1; d <= 1; ++d) {
+      for (int c = 0; c < 3; ++c) now.at(k, now.height() / 2 + d, c) = now.at(now.width() / 2 + d, k, c) = 0.09f;
+    }
+  }
+  const RustFrame plain = map_of({before.image(false), after.image(true)}).at(1);
+  const RustFrame cracked = map_of({before.image(false), now}).at(1);
+  const auto area = [](const RustFrame& frame) {
+    double sum = 0.0;
+    for (const RustSpot& spot : frame.spots) sum += spot.area_px;
+    return sum;
+  };
+  // The cracks take 171 px of the spot's 642, and nothing outside of it is added.
+  EXPECT_LT(area(cracked), area(plain));
+  EXPECT_GT(area(cracked), area(plain) - 6 * 2 * after.radius - 9);
+}
+
 TEST(RustMap, OnePhotographTellsItsRust) {
   const DrawnPanel panel;
   const RustMap map = map_of({panel.image(true)}, false);
@@ -195,12 +217,71 @@ TEST(RegionFigures, ColorsAreThoseOfTheCoating) {
     rust.data()[i] = i < 100 ? 1.0f : 0.0f;
   }
   RegionFigures figures;
-  add_color_figures(a, b, rust, ImageU8(20, 20, 1, 255), figures);
+  add_color_figures(a, b, rust, {}, ImageU8(20, 20, 1, 255), figures);
   EXPECT_NEAR(figures.figure("delta_l")->value, 3.0, 0.01);
   EXPECT_NEAR(figures.figure("delta_a")->value, 1.0, 0.01);
   EXPECT_NEAR(figures.figure("delta_b")->value, 6.0, 0.01);
   EXPECT_NEAR(figures.figure("delta_e")->value, std::sqrt(46.0), 0.01);
   EXPECT_NEAR(figures.figure("ciede2000")->value, ciede2000({70, 0, 2}, {73, 1, 8}), 0.01);
+}
+
+TEST(RegionFigures, ColorsLieBetweenTheCodesOfAPhotograph) {
+  // Codes of 8 bits with noise of one code; the change is 0.4 of a code.
+  const auto photograph = [](double value, std::uint64_t seed) {
+    RandomStream random(seed, 0, 1);
+    ImageF image(80, 60, 3);
+    for (float& v : image.values()) v = static_cast<float>(std::round(value + random.normal()) / 255.0);
+    return image;
+  };
+  const ImageF a = photograph(150.0, 1), b = photograph(150.4, 2), none(80, 60);
+  RegionFigures figures;
+  add_color_figures(a, b, none, {}, ImageU8(80, 60, 1, 255), figures);
+  const GradedFigure found = *figures.figure("delta_l");
+  const auto lightness = [](double code) { return lab_from_linear(code / 255, code / 255, code / 255)[0]; };
+  const double truth = lightness(150.4) - lightness(150.0);
+  EXPECT_NEAR(found.value, truth, 0.25 * truth);
+  EXPECT_LT(found.low, truth);
+  EXPECT_GT(found.high, truth);
+}
+
+TEST(RegionFigures, AnIntervalIsThatOfTheMeanOfPlaces) {
+  // 16 places that change by -0.02 and 0.02 in turn: Student's 95th percentile of 15 degrees is 1.753.
+  ImageF a(80, 80, 3, 0.5f), b = a;
+  const ImageF none(80, 80);
+  for (int y = 0; y < 80; ++y) {
+    for (int x = 0; x < 80; ++x) {
+      for (int c = 0; c < 3; ++c) b.at(x, y, c) += (x / 20 + y / 20) % 2 == 0 ? -0.02f : 0.02f;
+    }
+  }
+  RegionFigures figures;
+  add_color_figures(a, b, none, {}, ImageU8(80, 80, 1, 255), figures);
+  const GradedFigure found = *figures.figure("delta_l");
+  const auto lightness = [](double v) { return lab_from_linear(v, v, v)[0]; };
+  const double deviation = 0.5 * (lightness(0.52) - lightness(0.48)) * std::sqrt(16.0 / 15.0);
+  EXPECT_NEAR(found.high - found.low, 2 * 1.753 * deviation / 4, 0.01 * deviation);
+}
+
+TEST(RegionFigures, CracksAreNeitherColorNorShorterThanTheirLine) {
+  // Twenty dark lines of 2 px and 100 px each: 2,000 px of 120 x 120, which they cover by a quarter and more.
+  ImageF a(120, 120, 3, 0.5f), b(120, 120, 3, 0.55f);
+  ImageU8 cracks(120, 120);
+  for (int k = 0; k < 20; ++k) {
+    for (int x = 10; x < 110; ++x) {
+      for (int y = 6 * k + 1; y < 6 * k + 3; ++y) {
+        cracks.at(x, y) = 255;
+        for (int c = 0; c < 3; ++c) b.at(x, y, c) = 0.02f;
+      }
+    }
+  }
+  RegionFigures figures;
+  add_color_figures(a, b, ImageF(120, 120), cracks, ImageU8(120, 120, 1, 255), figures);
+  const auto lightness = [](double v) { return lab_from_linear(v, v, v)[0]; };
+  EXPECT_NEAR(figures.figure("delta_l")->value, lightness(0.55) - lightness(0.5), 1e-3);
+  add_crack_figures(cracks, ImageU8(120, 120, 1, 255), 0.1, figures);
+  const GradedFigure length = *figures.figure("crack_mm_per_mm2");
+  const double truth = 2000 * 0.1 / (14400 * 0.01);
+  EXPECT_LT(length.low, truth);
+  EXPECT_GT(length.high, truth);
 }
 
 TEST(GlossUnits, BlackGlassHasAHundredAndRoughSurfacesHaveLess) {

@@ -177,7 +177,15 @@ class Parser {
 
   NodePtr name() {
     const std::size_t begin = at_;
-    while (at_ < text_.size() && (is_letter(text_[at_]) || is_digit(text_[at_]))) ++at_;
+    const auto take_word = [&] {
+      while (at_ < text_.size() && (is_letter(text_[at_]) || is_digit(text_[at_]))) ++at_;
+    };
+    take_word();
+    // With files, a point would begin an extension.
+    while (!syntax_.has_files && at_ + 1 < text_.size() && text_[at_] == '.' && is_letter(text_[at_ + 1])) {
+      ++at_;
+      take_word();
+    }
     const std::string word(text_.substr(begin, at_ - begin));
     for (const Function& function : kFunctions) {
       if (word == function.name) return call(function);

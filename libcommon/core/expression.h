@@ -7,7 +7,8 @@
 ///     ARGUMENTS = "(" WORD "=" VALUE { "," WORD "=" VALUE } ")"
 ///
 /// FUNCTION: min and max of any number; abs(x); pow(x, exponent), of max(0, x); clamp(x, least, greatest);
-/// smoothstep(from, to, x): 0 up to `from`, 1 beyond `to`, smooth between, falling when from > to. `!x` is 1 - x.
+/// smoothstep(from, to, x): 0 up to `from`, 1 beyond `to`, smooth between, falling when from > to. `!x` is 1 - x. A
+/// NAME is letters, digits and _; where there are no files, it may have parts with a point between: `below.metal`.
 #pragma once
 
 #include <cstddef>

@@ -51,7 +51,8 @@ ComposerParts::ComposerParts(const Scene& scene, const SceneMesh& scene_mesh, co
                              ColorForm color_form, const RunControl& control)
     : surface(&surface_atlas),
       quanta_per_mm(kHeightQuanta / surface_atlas.median_texel_size_mm()),
-      base(scene, scene_mesh, surface_atlas, quanta_per_mm, control.part(0.0, 0.7)),
+      base(scene, scene_mesh, surface_atlas, quanta_per_mm, control.part(0.0, 0.6)),
+      coats(scene, scene_mesh, surface_atlas, quanta_per_mm, control.part(0.6, 0.7)),
       frames(scene_mesh, surface_atlas, control.part(0.7, 1.0)),
       is_whole(surface_atlas.grid().num_tiles(), false),
       texel_of_object(scene.objects.size(), kNoTexel),
@@ -105,7 +106,7 @@ void Composer::State::set_appearance(const std::vector<MaterialAppearance>& new_
   grain.set_lengths(lengths);
   pictures.set(new_appearance);
   appearance = std::move(quantized);
-  if (heights.empty() && (base.has_heights() || has_relief(appearance)))
+  if (heights.empty() && (base.has_heights() || coats.has_any() || has_relief(appearance)))
     heights.assign(surface->grid().num_texels(), 0);
   is_all_dirty = true;
   there.reset();
@@ -152,6 +153,7 @@ void Composer::State::prepare(const MaterialAtlas& atlas, TileIndex tile, TileIn
   }
   task.base = &base.tile(tile, in.base);
   task.height = base.heights(tile);
+  if (coats.has_any()) coats.cover(tile, appearance, in.coats, task);
   task.srgb = srgb8_of_linear16().data();
   task.form = static_cast<std::int32_t>(form);
 }
@@ -275,6 +277,12 @@ void Composer::set_form(ColorForm form) {
   state_->is_all_dirty = true;
   state_->there.reset();
   state_->form = form;
+}
+
+void Composer::set_layers(const LayerAtlas* layers) {
+  state_->bring_back();
+  state_->is_all_dirty = true;
+  state_->coats.set(layers);
 }
 
 void Composer::use(InstructionSet set) {

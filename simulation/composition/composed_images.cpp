@@ -99,7 +99,8 @@ ImageF Composer::height_mm() const {
 std::size_t Composer::memory() const {
   const State& s = *state_;
   return s.codes.size() * 4 + s.heights.size() * 4 + s.normals.size() + s.changed.memory() + s.stale_normals.memory() +
-         s.base.memory() + s.frames.memory() + s.grain.memory() + s.places.memory() + s.pictures.memory();
+         s.base.memory() + s.coats.memory() + s.frames.memory() + s.grain.memory() + s.places.memory() +
+         s.pictures.memory();
 }
 
 }  // namespace patinate::simulation

@@ -11,6 +11,7 @@
 
 #include "patinate/simulation/compose.h"
 #include "simulation/composition/base_layer.h"
+#include "simulation/composition/coats.h"
 #include "simulation/composition/compose_device.h"
 #include "simulation/composition/compose_kernel.h"
 #include "simulation/composition/grain.h"
@@ -52,6 +53,7 @@ struct ComposerParts {
   const SurfaceAtlas* surface;
   double quanta_per_mm;
   composition::BaseLayer base;
+  composition::Coats coats;
   composition::HeightFrames frames;
   std::vector<TileIndex> covered_tiles;
   std::vector<bool> is_whole;               ///< By tile: all texels are covered.
@@ -78,6 +80,7 @@ struct Composer::State : ComposerParts {
     composition::BaseTile base;
     alignas(64) std::uint16_t originals[kMaxMaterials][composition::kTile];
     alignas(64) std::uint16_t pictures[kMaxMaterials][3 * composition::kTile];
+    composition::Coats::Tile coats;
     composition::ComposeTask task;
   };
   void prepare(const MaterialAtlas& atlas, TileIndex tile, TileInput& in);

@@ -12,6 +12,7 @@
 #include "patinate/core/error.h"
 #include "simulation/engine/engine_state.h"
 #include "simulation/rules/initial_amounts.h"
+#include "simulation/rules/initial_layers.h"
 
 namespace patinate::simulation {
 
@@ -71,6 +72,7 @@ Simulation::State::State(Scene given, SimulationOptions given_options, const Run
       scene_mesh(make_scene_mesh(scene)),
       surface(scene_mesh, scene.resolution, control.part(0.0, 0.6)),
       atlas(surface, static_cast<int>(scene.materials.size()), originals_of(scene)),
+      layers(has_layers(scene) ? std::make_unique<LayerAtlas>(surface, scene) : nullptr),
       tracer(scene_mesh, surface),
       gammatons(make_gammatons(scene)),
       met(surface.grid()),
@@ -98,6 +100,11 @@ Simulation::State::State(Scene given, SimulationOptions given_options, const Run
   notes = describe_meshes(scene_mesh);
   const LaidAmounts laid = lay_initial_amounts(scene, scene_mesh, atlas);
   ledger.add_rules(laid.more, laid.less);
+  if (layers) interface_materials = materials_at_interfaces(scene);
+  if (layers) lay_initial_layers(scene, scene_mesh, *layers, control.silent());
+  composer.set_layers(layers.get());
+  if (layers && options.device)
+    notes.emplace_back("the scene has layers: it runs on the CPU, and the device is not used");
   const ParameterMapChoice choice = choice_of(options.parameter_maps, scene.materials);
   maps = std::make_unique<ParameterMaps>(surface.grid(), choice);
   rules = make_rules(control);
@@ -172,6 +179,7 @@ const TraceCounters& Simulation::counters() const {
   state_->copy_to_host();
   return state_->counters;
 }
+const LayerAtlas* Simulation::layers() const { return state_->layers.get(); }
 const SimulationTimes& Simulation::times() const { return state_->times; }
 const MassLedger& Simulation::ledger() const {
   state_->copy_to_host();
@@ -189,14 +197,19 @@ std::size_t Simulation::memory() const {
   const State& s = *state_;
   constexpr std::size_t kGammaton =
       sizeof(GammatonState) + 1 + 2 + 4 + 4 + 2 * sizeof(double) + 2 * sizeof(Vec3) + sizeof(s.cargo.mass[0]);
-  return s.atlas.memory() + s.composer.memory() +
+  return s.atlas.memory() + (s.layers ? s.layers->memory() : 0) + s.composer.memory() +
          std::size_t{s.surface.grid().num_texels()} * (sizeof(std::int32_t) + sizeof(std::uint16_t)) +
          (s.met ? s.met->tiles().size_bytes() : 0) + s.gammatons.size() * kGammaton;
 }
 
 std::string Simulation::audit(const RunControl& control) const {
   state_->copy_to_host(control);
-  return simulation::audit(state_->ledger, state_->atlas, state_->cargo, state_->scene.materials, control);
+  const State& s = *state_;
+  std::vector<std::int64_t> at_interfaces;
+  for (int m = 0; s.layers && m < s.atlas.num_materials(); ++m)
+    at_interfaces.push_back(s.layers->interface_mass(m, control));
+  const std::string wrong = simulation::audit(s.ledger, s.atlas, s.cargo, s.scene.materials, control, at_interfaces);
+  return wrong.empty() && s.layers ? s.layers->audit(control) : wrong;
 }
 
 void Simulation::apply(const SceneEvent& event, const RunControl& control) {

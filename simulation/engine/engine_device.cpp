@@ -63,8 +63,8 @@ void enter(std::span<const std::uint32_t> tally, int num_materials, MassLedger& 
 }  // namespace
 
 bool Simulation::State::uses_device() const {
-  return options.device && !options.device->has_failed() && scene.tracing.bounce_normal == BounceNormal::Mesh &&
-         rules->can_step_there();
+  return options.device && !layers && !options.device->has_failed() &&
+         scene.tracing.bounce_normal == BounceNormal::Mesh && rules->can_step_there();
 }
 
 void Simulation::State::copy_to_device(const RunControl& control) {

@@ -95,6 +95,8 @@ bool apply(const RuleEvent& event, Scene& scene) {
   if (change.rate) rule->rate = *change.rate;
   if (change.products) rule->products = *change.products;
   if (change.reactants) rule->reactants = *change.reactants;
+  if (change.layer_products) rule->layer_products = *change.layer_products;
+  if (change.layer_reactants) rule->layer_reactants = *change.layer_reactants;
   if (change.where) rule->where = *change.where;
   return false;
 }

@@ -15,9 +15,9 @@ namespace {
 using Masses = std::array<std::int64_t, kMaxMaterials>;
 
 /// Mass that has come onto the surfaces since the start, in the present weights.
-Masses mass_since_start(const MaterialAtlas& atlas, const RunControl& control) {
+Masses mass_since_start(const MaterialAtlas& atlas, const LayerAtlas* layers, const RunControl& control) {
   const SurfaceAtlas& surface = atlas.surface();
-  return parallel_reduce(
+  Masses masses = parallel_reduce(
       std::int64_t{surface.grid().num_texels()}, TileGrid::kPageTexels, control, Masses{},
       [&](std::int64_t begin, std::int64_t end) {
         Masses sum{};
@@ -32,6 +32,8 @@ Masses mass_since_start(const MaterialAtlas& atlas, const RunControl& control) {
         for (std::size_t m = 0; m < a.size(); ++m) a[m] += b[m];
         return a;
       });
+  for (int m = 0; layers && m < atlas.num_materials(); ++m) masses[m] += layers->interface_mass(m, control);
+  return masses;
 }
 
 }  // namespace
@@ -54,15 +56,22 @@ void Simulation::State::move_objects(const Scene& changed) {
   for (std::size_t i = 0; i < changed.objects.size(); ++i)
     factors.push_back(changed.objects[i].scale / start_scales[i]);
   if (factors == scale_factors) return;
-  const Masses before = mass_since_start(atlas, {});
+  const Masses before = mass_since_start(atlas, layers.get(), {});
+  const std::vector<std::int64_t> layers_before = layers ? layers->remaining() : std::vector<std::int64_t>();
   surface.set_scale_factors(factors);
   there.reset();  // A device has the weights as they were.
   scale_factors = std::move(factors);
-  const Masses after = mass_since_start(atlas, {});
+  const Masses after = mass_since_start(atlas, layers.get(), {});
+  if (layers) enter_scaled_layers(layers_before);
   Masses made{}, used{};
   for (std::size_t m = 0; m < made.size(); ++m)
     (after[m] >= before[m] ? made : used)[m] = std::abs(after[m] - before[m]);
   ledger.add_rules(made, used);
+}
+
+void Simulation::State::enter_scaled_layers(std::span<const std::int64_t> before) {
+  const std::vector<std::int64_t> after = layers->remaining();
+  for (std::size_t i = 0; i < after.size(); ++i) layers->accounts()[i].start += after[i] - before[i];
 }
 
 void Simulation::State::renew_rules(const RunControl& control) {

@@ -9,10 +9,10 @@ namespace {
 
 /// Parameters that drivers ask for beside materials.
 std::vector<std::string> parameter_names(std::span<const Rule> rules, const Scene& scene) {
-  const std::vector<std::string> maps = map_names(scene);
+  const std::vector<std::string> maps = map_names(scene), layers = layer_names(scene);
   std::vector<std::string> names;
   for (const Rule& rule : rules) {
-    for (const std::string& name : parameters_of(rule, scene.materials, maps)) {
+    for (const std::string& name : parameters_of(rule, scene.materials, maps, layers)) {
       if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
     }
   }
@@ -25,7 +25,8 @@ std::unique_ptr<RuleEngine> Simulation::State::make_rules(const RunControl& cont
   const RunControl quiet = control.silent();
   auto engine = std::make_unique<RuleEngine>(
       scene.rules, scene.materials, surface, scene.time_per_iteration, scene.seed,
-      make_parameters(parameter_names(scene.rules, scene), scene, scene_mesh, surface, quiet));
+      make_parameters(parameter_names(scene.rules, scene), scene, scene_mesh, surface, quiet), instruction_set(),
+      layers.get());
   engine->set_weather(scene.weather);
   return engine;
 }

@@ -8,10 +8,26 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x35304E5354415050ull;  // "PPATSN05": raised with every change of what follows
+constexpr std::uint64_t kMagic = 0x35304E5354415050ull;          // "PPATSN05": raised with every change of what follows
+constexpr std::uint64_t kMagicOfLayers = 0x36304E5354415050ull;  // "PPATSN06": of a scene with layers, and only of such
 constexpr std::uint64_t kMagicBeforeMet = 0x34304E5354415050ull;      // "PPATSN04": without where gammatons have been
 constexpr std::uint64_t kMagicBeforeWeather = 0x33304E5354415050ull;  // "PPATSN03": without weather, series, trails
 constexpr std::uint64_t kMagicBeforePaint = 0x32304E5354415050ull;    // "PPATSN02": without num_paint_steps
+
+/// f(value) for every number of what a rule does to layers.
+template <class R, class F>
+void for_each_share(R& rule, F&& f) {
+  for (auto* shares : {&rule.layer_products, &rule.layer_reactants}) {
+    for (auto& x : shares->at_interface) f(x);
+    f(shares->thickness_um);
+    f(shares->adhesion);
+  }
+}
+
+void write_shares(ByteWriter& out, const Rule& rule) {
+  out.text(rule.layer);
+  for_each_share(rule, [&](double x) { out.value(x); });
+}
 
 /// Emitters, places, behavior, exchange and rules: what events change.
 void write_scene(ByteWriter& out, const Scene& scene) {
@@ -46,10 +62,11 @@ void write_scene(ByteWriter& out, const Scene& scene) {
     for (const double x : rule.products) out.value(x);
     for (const double x : rule.reactants) out.value(x);
     out.text(rule.where);
+    if (has_layers(scene)) write_shares(out, rule);
   }
 }
 
-std::vector<Rule> read_rules(ByteReader& in, bool has_weather) {
+std::vector<Rule> read_rules(ByteReader& in, bool has_weather, bool is_layered) {
   const auto count = in.value<std::uint64_t>();
   if (count > kMaxRules) throw InvalidInput("the snapshot is damaged");
   std::vector<Rule> rules(static_cast<std::size_t>(count));
@@ -60,6 +77,9 @@ std::vector<Rule> read_rules(ByteReader& in, bool has_weather) {
     for (double& x : rule.products) in.value(x);
     for (double& x : rule.reactants) in.value(x);
     if (has_weather) rule.where = in.text();
+    if (!is_layered) continue;
+    rule.layer = in.text();
+    for_each_share(rule, [&](double& x) { in.value(x); });
   }
   return rules;
 }
@@ -98,7 +118,7 @@ std::size_t read_scene_values(ByteReader& in, Scene& scene, bool has_weather) {
        {&b.bounce, &b.floating, &b.absorb, &b.deceleration_bounce, &b.deceleration_float, &scene.exchange.ratio})
     in.value(*x);
   for (double& x : scene.exchange.rates) in.value(x);
-  scene.rules = read_rules(in, has_weather);
+  scene.rules = read_rules(in, has_weather, has_layers(scene));
   return static_cast<std::size_t>(num_emitters);
 }
 
@@ -121,6 +141,36 @@ void read_atlas(ByteReader& in, MaterialAtlas& atlas) {
           std::span<std::uint16_t>(first.data(), TileGrid::kPageTexels));  // the tiles of a page lie one after another
     }
   }
+}
+
+/// All planes of layers. @param f  f(atlas of planes).
+template <class Layers, class F>
+void for_each_plane(Layers& layers, F&& f) {
+  f(layers.thickness());
+  f(layers.adhesion());
+  for (int l = 1; l < layers.num_layers(); ++l) f(layers.interface_below(l));
+}
+
+void write_layers(ByteWriter& out, const LayerAtlas& layers) {
+  for_each_plane(layers, [&](const MaterialAtlas& plane) { write_atlas(out, plane); });
+  for (const LayerAccount& account : layers.accounts()) {
+    for (const MassSum* sum : {&account.start, &account.worn, &account.flaked}) {
+      out.value(sum->high());
+      out.value(sum->low());
+    }
+  }
+}
+
+/// @param layers  As the scene makes them, without the maps of their thickness.
+void read_layers(ByteReader& in, LayerAtlas& layers) {
+  for_each_plane(layers, [&](MaterialAtlas& plane) { read_atlas(in, plane); });
+  for (LayerAccount& account : layers.accounts()) {
+    for (MassSum* sum : {&account.start, &account.worn, &account.flaked}) {
+      const auto high = in.value<std::int64_t>();
+      *sum = MassSum::from_parts(high, in.value<std::uint32_t>());
+    }
+  }
+  layers.renew_tops();
 }
 
 /// f(values) for each map that is kept.
@@ -212,7 +262,8 @@ std::vector<std::byte> Simulation::snapshot() const {
   state_->copy_to_host();
   const State& s = *state_;
   ByteWriter out;
-  out.value(kMagic);
+  const std::uint64_t magic = s.layers ? kMagicOfLayers : kMagic;
+  out.value(magic);
   out.value(static_cast<std::int32_t>(s.scene.resolution));
   out.value(static_cast<std::int32_t>(s.scene.materials.size()));
   out.value(s.iteration);
@@ -241,7 +292,8 @@ std::vector<std::byte> Simulation::snapshot() const {
   out.value(s.counters);
   out.array(s.trails);
   out.array(s.met ? s.met->tiles() : std::span<const std::uint64_t>());
-  out.value(kMagic);
+  if (s.layers) write_layers(out, *s.layers);
+  out.value(magic);
   return out.take();
 }
 
@@ -253,7 +305,9 @@ void Simulation::restore(std::span<const std::byte> bytes) {
     if (in.value<decltype(value)>() != value) throw InvalidInput("the snapshot is of another version or scene");
   };
   const auto magic = in.value<std::uint64_t>();
-  const bool has_weather = magic == kMagic || magic == kMagicBeforeMet;
+  const bool is_newest = magic == (s.layers ? kMagicOfLayers : kMagic);
+  if (s.layers && !is_newest) throw InvalidInput("the snapshot is of another version or scene");
+  const bool has_weather = is_newest || magic == kMagicBeforeMet;
   if (!has_weather && magic != kMagicBeforeWeather && magic != kMagicBeforePaint)
     throw InvalidInput("the snapshot is of another version or scene");
   expect(static_cast<std::int32_t>(s.scene.resolution));
@@ -306,7 +360,9 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   if (has_weather && !are_in(trails, s.surface, static_cast<std::size_t>(num_gammatons)))
     throw InvalidInput("the snapshot is damaged, or of another scene");
   trails.resize(gammatons.size());
-  std::optional<MetTexels> met = magic == kMagic ? read_met(in, s.surface.grid()) : std::nullopt;
+  std::optional<MetTexels> met = is_newest ? read_met(in, s.surface.grid()) : std::nullopt;
+  std::optional<LayerAtlas> layers;
+  if (s.layers) read_layers(in, layers.emplace(s.surface, s.scene));
   expect(magic);
   in.finish();
   for (std::size_t i = 0; i < scene.objects.size(); ++i) s.check_scale(i, scene.objects[i].scale);
@@ -314,6 +370,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.move_objects(scene);  // before the ledger, which knows of it
   s.scene = std::move(scene);
   s.atlas = std::move(atlas);
+  if (layers) *s.layers = std::move(*layers);
   s.ledger = ledger;
   s.counters = counters;
   s.gammatons = std::move(gammatons);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "patinate/simulation/engine.h"
+#include "patinate/simulation/layer_atlas.h"
 #include "simulation/device/simulation_device.h"
 #include "simulation/engine/device_run.h"
 #include "simulation/rules/rules.h"
@@ -54,6 +55,8 @@ struct Simulation::State {
   /// @throws InvalidInput if an object is scaled by more than its texels' weights can tell.
   void check_scale(std::size_t object, double scale) const;
   void renew_rules(const RunControl& control);
+  /// Enters the layers' masses under other weights. @param before  LayerAtlas::remaining() under those of before.
+  void enter_scaled_layers(std::span<const std::int64_t> before);
   /// Other rules from now on; maps that they need are made of the objects where they stand now.
   /// @throws InvalidInput; nothing is changed then.
   void set_rules(std::span<const Rule> changed);
@@ -91,6 +94,8 @@ struct Simulation::State {
   SceneMesh scene_mesh;
   SurfaceAtlas surface;
   MaterialAtlas atlas;
+  std::unique_ptr<LayerAtlas> layers;      ///< Null in a scene without.
+  std::vector<int> interface_materials{};  ///< materials_at_interfaces() of the scene as it began.
   GammatonTracer tracer;
   Gammatons gammatons;
   Cargo cargo;

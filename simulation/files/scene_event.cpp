@@ -17,7 +17,11 @@ Scene names_in(const Scene& scene) {
   names.materials = scene.materials;
   names.emitters = scene.emitters;
   names.rules = scene.rules;
-  for (const SceneObject& object : scene.objects) names.objects.emplace_back().name = object.name;
+  for (const SceneObject& object : scene.objects) {
+    SceneObject& named = names.objects.emplace_back();
+    named.name = object.name;
+    for (const Layer& layer : object.layers) named.layers.emplace_back().name = layer.name;
+  }
   for (const SceneMap& map : scene.maps) names.maps.emplace_back().name = map.name;
   names.time_per_iteration = scene.time_per_iteration;
   return names;

@@ -147,7 +147,8 @@ SceneAction read_switch(JsonReader& json, const SceneContext&, const Scene& scen
 
 SceneAction read_changed_rule(JsonReader& json, const SceneContext& context, const Scene& scene) {
   RuleEvent event{.rule = json.member("target").string(), .change = {}};
-  event.change = read_rule_change(json, event.rule, context.materials, scene.rules, map_names(scene));
+  event.change =
+      read_rule_change(json, event.rule, context.materials, scene.rules, map_names(scene), layer_names(scene));
   return event;
 }
 

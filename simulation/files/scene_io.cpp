@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
@@ -15,6 +17,7 @@
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"
+#include "simulation/files/layers_json.h"
 #include "simulation/files/scene_json.h"
 #include "simulation/files/scene_maps_json.h"
 #include "simulation/files/scene_notes.h"
@@ -93,9 +96,9 @@ T asset(std::mutex& mutex, std::map<std::string, T>& assets, const std::string& 
 
 class ObjectReader {
  public:
-  ObjectReader(SceneFile& file, const SceneContext& context, std::map<std::string, Preset> presets, AtlasMethod method,
-               SceneAssets& assets)
-      : file_(file), context_(context), presets_(std::move(presets)), method_(method), assets_(assets) {}
+  ObjectReader(SceneFile& file, const SceneContext& context, const std::map<std::string, Preset>& presets,
+               AtlasMethod method, SceneAssets& assets)
+      : file_(file), context_(context), presets_(presets), method_(method), assets_(assets) {}
 
   [[nodiscard]] SceneObject read(JsonReader json, const RunControl& control) {
     SceneObject object;
@@ -106,17 +109,10 @@ class ObjectReader {
     object.mesh = std::move(laid_out.mesh);
     object.has_file_uvs = laid_out.has_file_uvs;
     if (json.has("preset")) {
-      const std::string name = json.member("preset").string();
-      const auto found = presets_.find(name);
-      if (found == presets_.end()) {
-        std::vector<std::string> names;
-        for (const auto& [known, preset] : presets_) names.push_back(known);
-        std::string list;
-        for (const std::string& known : names) list += (list.empty() ? "" : ", ") + known;
-        json.member("preset").fail("a preset (" + list + ")" + did_you_mean(name, names));
-      }
-      object.preset = found->second;
+      if (json.has("layers")) json.member("preset").fail("no preset beside \"layers\", whose first has one");
+      object.preset = preset_named(json.member("preset"), presets_);
     }
+    if (json.has("layers")) (void)json.member("layers");  // once the maps are known
     if (json.has("maps")) read_maps(json.member("maps"), object);
     const auto vector = [&](const char* name, double scale, Vec3& value) {
       if (!json.has(name)) return;
@@ -176,7 +172,7 @@ class ObjectReader {
 
   SceneFile& file_;
   const SceneContext& context_;
-  std::map<std::string, Preset> presets_;
+  const std::map<std::string, Preset>& presets_;
   AtlasMethod method_;
   SceneAssets& assets_;
 };
@@ -225,8 +221,8 @@ TracingOptions tracing_of_size(const Scene& scene) {
 
 /// A rule with what it is limited to.
 Rule read_limited_rule(const JsonReader& json, const SceneContext& context, Scene& scene) {
-  const std::vector<std::string> maps = map_names(scene);
-  Rule rule = read_scene_rule(json, scene.materials, maps);
+  const std::vector<std::string> maps = map_names(scene), layers = layer_names(scene);
+  Rule rule = read_scene_rule(json, scene.materials, maps, layers);
   JsonReader members = json;
   if (members.is_object() && members.has("where")) rule.where = read_mask(members.member("where"), context, scene);
   check_signals(json, rule, context, scene);
@@ -243,6 +239,14 @@ double drop_width_mm(const Scene& scene) {
       area += 0.5 * area_vector(object.mesh, t).norm() * object.scale * object.scale;
   }
   return 3.0 * std::sqrt(area / kTexels);
+}
+
+/// "layers" of an object, or of its preset. @param layered  Of presets.
+std::optional<JsonReader> layers_of(JsonReader& object, const std::map<std::string, JsonReader>& layered) {
+  if (object.has("layers")) return object.member("layers");
+  if (!object.has("preset")) return std::nullopt;
+  const auto found = layered.find(object.member("preset").string());
+  return found == layered.end() ? std::nullopt : std::optional(found->second);
 }
 
 void read_run(JsonReader json, SceneFile& file) {
@@ -311,9 +315,18 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
   const AtlasMethod method = json.has("atlas") ? read_atlas(json.member("atlas"), scene) : AtlasMethod::Auto;
   scene.appearance = read_appearance(json, root, context);
   std::map<std::string, Preset> presets = library_presets(context);
-  for (auto& [name, member] : read_members(json, root, "presets")) presets[name] = read_preset(member, context, false);
-
-  ObjectReader objects(file, context, std::move(presets), method, assets);
+  std::map<std::string, JsonReader> layered;  // presets
+  for (auto& [name, member] : read_members(json, root, "presets")) {
+    if (!member.has("layers")) {
+      presets[name] = read_preset(member, context, false);
+      continue;
+    }
+    layered.emplace(name, member.member("layers"));
+    member.finish();
+  }
+  const std::map<std::string, Preset> of_one_layer = presets;
+  for (const auto& [name, member] : layered) presets[name] = {};
+  ObjectReader objects(file, context, presets, method, assets);
   const JsonReader object_list = json.member("objects");
   const std::vector<JsonReader> elements = object_list.elements(kMaxObjects);
   for (std::size_t i = 0; i < elements.size(); ++i) {
@@ -324,7 +337,11 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
   if (json.has("maps")) read_maps(json.member("maps"), context, scene);
   for (std::size_t i = 0; i < elements.size(); ++i) {
     JsonReader object = elements[i];
-    check_pattern(object, scene, i);
+    if (const auto of_object = layers_of(object, layered)) {
+      read_layers(*of_object, context, of_one_layer, scene, i);
+    } else if (object.has("preset")) {
+      check_pattern(object.member("preset"), scene.objects[i].preset, scene);
+    }
     if (object.has("initial")) read_initial(object.member("initial"), context, scene, i);
   }
   if (json.has("weather")) scene.weather = read_weather(json.member("weather"), context, file.time_unit);

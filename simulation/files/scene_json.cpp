@@ -160,7 +160,7 @@ ExchangeOptions read_exchange(JsonReader json, const SceneContext& context, Exch
 }
 
 void check_signals(const JsonReader& json, const Rule& rule, const SceneContext& context, const Scene& scene) {
-  for (const std::string& name : signals_of(rule, scene.materials, map_names(scene))) {
+  for (const std::string& name : signals_of(rule, scene.materials, map_names(scene), layer_names(scene))) {
     const std::optional<WeatherSignal> signal = weather_signal_of(name);
     if (signal && !context.weather[static_cast<std::size_t>(*signal)]) {
       throw IoError(json.file(), json.pointer() + ": rule '" + rule.name + "' asks for `" + name +

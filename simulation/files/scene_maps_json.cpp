@@ -178,7 +178,7 @@ SceneMap read_map(JsonReader& json, const SceneContext& context, const Scene& sc
 
 /// @returns the map's name: WORD_1, WORD_2, ...
 std::string add_map(SceneMap map, const std::string& word, Scene& scene) {
-  const std::vector<std::string> taken = driver_names(scene.materials, map_names(scene));
+  const std::vector<std::string> taken = driver_names(scene.materials, map_names(scene), layer_names(scene));
   int number = 1;
   while (std::find(taken.begin(), taken.end(), word + "_" + std::to_string(number)) != taken.end()) ++number;
   map.name = word + "_" + std::to_string(number);
@@ -226,32 +226,31 @@ std::string read_mask(const JsonReader& json, const SceneContext& context, Scene
   return add_map(std::move(map), "where", scene);
 }
 
-void check_pattern(JsonReader& json, const Scene& scene, std::size_t object) {
-  const Preset& preset = scene.objects[object].preset;
+void check_pattern(const JsonReader& json, const Preset& preset, const Scene& scene) {
   if (preset.pattern.empty()) return;
   std::vector<std::string> names = map_names(scene);
   names.insert(names.end(), built_in_maps().begin(), built_in_maps().end());
   if (std::find(names.begin(), names.end(), preset.pattern) == names.end()) {
-    json.member("preset").fail("a preset whose pattern, '" + preset.pattern + "', is a map (" + list_text(names) + ")" +
-                               did_you_mean(preset.pattern, names));
+    json.fail("a preset whose pattern, '" + preset.pattern + "', is a map (" + list_text(names) + ")" +
+              did_you_mean(preset.pattern, names));
   }
+}
+
+std::string read_start_value(JsonReader json, const Range& range, const std::string& word, const SceneContext& context,
+                             Scene& scene) {
+  if (json.is_number()) return number_text(json.number(range));
+  if (!json.is_object()) return json.string();
+  const double amount = json.has("amount") ? json.member("amount").number(range) : 1.0;
+  SceneMap map = read_map(json, context, scene);
+  json.finish();
+  return number_text(amount) + " * " + add_map(std::move(map), word, scene);
 }
 
 void read_initial(JsonReader json, const SceneContext& context, Scene& scene, std::size_t object) {
   for (const std::string& material : json.keys()) {
-    JsonReader value = json.member(material);
+    const JsonReader value = json.member(material);
     const auto m = static_cast<std::size_t>(material_index(value, material, scene.materials));
-    std::string& text = scene.objects[object].initial[m];
-    if (value.is_number()) {
-      text = number_text(value.number(between(0, kMostAmount)));
-    } else if (value.is_object()) {
-      const double amount = value.has("amount") ? value.member("amount").number(between(0, kMostAmount)) : 1.0;
-      SceneMap map = read_map(value, context, scene);
-      value.finish();
-      text = number_text(amount) + " * " + add_map(std::move(map), "initial", scene);
-    } else {
-      text = value.string();
-    }
+    scene.objects[object].initial[m] = read_start_value(value, between(0, kMostAmount), "initial", context, scene);
     try {
       (void)initial_names(scene, object, static_cast<int>(m));
     } catch (const InvalidInput& e) {

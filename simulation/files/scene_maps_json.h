@@ -19,11 +19,15 @@ void read_maps(JsonReader json, const SceneContext& context, Scene& scene);
 /// @returns an expression. @throws IoError
 [[nodiscard]] std::string read_mask(const JsonReader& json, const SceneContext& context, Scene& scene);
 
-/// Looks whether the pattern of an object's preset is a map. @param json  The object. @param scene  With its maps.
-void check_pattern(JsonReader& json, const Scene& scene, std::size_t object);
+/// Looks whether the pattern of a preset is a map. @param json  Where it is named. @param scene  With its maps.
+void check_pattern(const JsonReader& json, const Preset& preset, const Scene& scene);
 
-/// "initial" of an object: by material a number, an expression of maps, or a map of its own as in "maps" with "amount"
-/// for what its 1 stands for. @param scene  With its maps.
+/// A number, an expression of maps, or a map of its own as in "maps" with "amount" for what its 1 stands for.
+/// @param word  Begins the name of such a map. @returns an expression.
+[[nodiscard]] std::string read_start_value(JsonReader json, const Range& range, const std::string& word,
+                                           const SceneContext& context, Scene& scene);
+
+/// "initial" of an object: read_start_value() by material. @param scene  With its maps.
 void read_initial(JsonReader json, const SceneContext& context, Scene& scene, std::size_t object);
 
 }  // namespace patinate::simulation

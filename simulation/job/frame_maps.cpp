@@ -10,6 +10,7 @@
 #include "patinate/history/history.h"
 #include "patinate/history/history_sampling.h"
 #include "patinate/image/image_io.h"
+#include "patinate/simulation/layer_atlas.h"
 
 namespace patinate::simulation {
 
@@ -23,12 +24,36 @@ bool has_relief(const Scene& scene) {
   return std::any_of(scene.objects.begin(), scene.objects.end(),
                      [](const SceneObject& object) { return !object.height_map.empty(); }) ||
          std::any_of(scene.appearance.begin(), scene.appearance.end(),
-                     [](const MaterialAppearance& a) { return a.height_mm != 0.0; });
+                     [](const MaterialAppearance& a) { return a.height_mm != 0.0; }) ||
+         has_layers(scene);
 }
 
 bool has_metal(const Scene& scene) {
-  return std::any_of(scene.objects.begin(), scene.objects.end(),
-                     [](const SceneObject& object) { return object.preset.metalness > 0.0; });
+  return std::any_of(scene.objects.begin(), scene.objects.end(), [](const SceneObject& object) {
+    return object.preset.metalness > 0.0 || std::any_of(object.layers.begin(), object.layers.end(),
+                                                        [](const Layer& l) { return l.look.metalness > 0.0; });
+  });
+}
+
+/// Of what shows of objects with layers.
+void fill_metalness(const LayerAtlas& layers, ImageF& metal) {
+  const SurfaceAtlas& surface = layers.surface();
+  for (int y = 0; y < metal.height(); ++y) {
+    for (int x = 0; x < metal.width(); ++x) {
+      const TexelIndex t = surface.grid().index(x, y);
+      if (!surface.is_covered(t)) continue;
+      const int object = surface.object(surface.triangle(t));
+      if (layers.num_layers(object) > 0)
+        metal.at(x, y) = static_cast<float>(layers.metalness(object, layers.tops()[t]));
+    }
+  }
+}
+
+/// Channels of a frame's amounts.
+std::vector<std::string> amount_channels(const Simulation& simulation) {
+  std::vector<std::string> channels = simulation.scene().materials;
+  for (std::string& name : simulation.layer_map_names()) channels.push_back(std::move(name));
+  return channels;
 }
 
 /// Strength and roughness.
@@ -77,6 +102,7 @@ ImageF metalness_of(const Simulation& simulation) {
         metal.at(x, y) = static_cast<float>(scene.objects[i].preset.metalness);
     }
   }
+  if (const LayerAtlas* layers = simulation.layers()) fill_metalness(*layers, metal);
   ImageF cover(scene.resolution, scene.resolution);
   for (int m = 0; m < static_cast<int>(scene.materials.size()); ++m) {
     const std::string& material = scene.materials[m];
@@ -113,21 +139,24 @@ void write_frame_maps(const fs::path& history, int index, Simulation& simulation
                                      : name == "metalness" ? dilated_metalness(simulation)
                                                            : look.height_mm());
   }
-  const std::vector<std::string>& materials = simulation.scene().materials;
-  const auto num_materials = static_cast<int>(materials.size());
+  const std::vector<std::string> channels = amount_channels(simulation);
+  const auto num_materials = static_cast<int>(simulation.scene().materials.size()),
+             num_channels = static_cast<int>(channels.size());
   const int side = simulation.scene().resolution;
-  ImageF amounts(side, side, num_materials);
-  for (int m = 0; m < num_materials; ++m) {
-    const ImageF one = simulation.amounts(m);
-    for (std::int64_t i = 0; i < one.num_pixels(); ++i) amounts.data()[i * num_materials + m] = one.data()[i];
+  ImageF amounts(side, side, num_channels);
+  for (int c = 0; c < num_channels; ++c) {
+    const ImageF one =
+        c < num_materials ? simulation.amounts(c) : simulation.layer_map(static_cast<std::size_t>(c - num_materials));
+    for (std::int64_t i = 0; i < one.num_pixels(); ++i) amounts.data()[i * num_channels + c] = one.data()[i];
   }
-  HistoryWriter::write_frame_amounts(history, index, materials, amounts);
+  HistoryWriter::write_frame_amounts(history, index, channels, amounts);
 }
 
 namespace {
 
-ImageF amounts_of(const fs::path& file, const Scene& scene) {
-  ImageF image = read_channels(file, scene.materials);
+ImageF amounts_of(const fs::path& file, const Simulation& simulation) {
+  const Scene& scene = simulation.scene();
+  ImageF image = read_channels(file, amount_channels(simulation));
   if (image.width() != scene.resolution || image.height() != scene.resolution) {
     throw IoError(file.string(), "is " + size_text(image.width(), image.height()) + " texels; the scene's atlas has " +
                                      size_text(scene.resolution, scene.resolution));
@@ -136,27 +165,29 @@ ImageF amounts_of(const fs::path& file, const Scene& scene) {
 }
 
 void set_all_amounts(const ImageF& image, Simulation& simulation) {
-  const int n = image.channels();
-  for (int m = 0; m < n; ++m) {
-    ImageF amount(image.width(), image.height());
-    for (std::int64_t i = 0; i < amount.num_pixels(); ++i) amount.data()[i] = image.data()[i * n + m];
-    simulation.set_amounts(m, amount);
+  const int n = image.channels(), num_materials = static_cast<int>(simulation.scene().materials.size());
+  for (int c = 0; c < n; ++c) {
+    ImageF one(image.width(), image.height());
+    for (std::int64_t i = 0; i < one.num_pixels(); ++i) one.data()[i] = image.data()[i * n + c];
+    if (c < num_materials) {
+      simulation.set_amounts(c, one);
+    } else {
+      simulation.set_layer_map(static_cast<std::size_t>(c - num_materials), one);
+    }
   }
 }
 
 }  // namespace
 
 void read_frame_amounts(const fs::path& file, Simulation& simulation) {
-  set_all_amounts(amounts_of(file, simulation.scene()), simulation);
+  set_all_amounts(amounts_of(file, simulation), simulation);
 }
 
 void read_frame_amounts(const fs::path& history, const HistoryManifest& frames, double time, Simulation& simulation) {
   std::vector<double> times;
   for (const HistoryFrame& frame : frames.frames) times.push_back(frame.time);
   const TimePosition at = FrameLocator(std::move(times), Between::Blend)(time);
-  const auto amounts_at = [&](int index) {
-    return amounts_of(history / *frames.frames[index].amounts, simulation.scene());
-  };
+  const auto amounts_at = [&](int index) { return amounts_of(history / *frames.frames[index].amounts, simulation); };
   ImageF amounts = amounts_at(at.index);
   if (at.fraction > 0.0) {
     const ImageF next = amounts_at(at.index + 1);

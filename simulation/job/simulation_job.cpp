@@ -198,8 +198,9 @@ void join_simulated(SimulationWork& work, const fs::path& folder, const RunContr
                                     .color_form = work.options.color_form,
                                     .counters = simulation.counters(),
                                     .ledger = ledger_rows(simulation.ledger(), file.scene.materials),
+                                    .layers = layer_rows(simulation),
                                     .outcome = outcome_of(simulation, first_color(folder), quiet),
-                                    .atlas_hash = simulation.atlas().hash(),
+                                    .atlas_hash = simulation.state_hash(),
                                     .controls = listed,
                                     .key = work.key,
                                     .outside = work.copy.excluded});

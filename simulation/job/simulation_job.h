@@ -12,6 +12,7 @@
 #include "libcommon/job/job.h"
 #include "patinate/simulation/engine.h"
 #include "patinate/simulation/scene_io.h"
+#include "simulation/job/layer_rows.h"
 #include "simulation/job/outcome.h"
 #include "simulation/tracing/gammatons.h"
 #include "simulation/transport/ledger_json.h"
@@ -66,6 +67,7 @@ struct SimulationManifest {
   ColorForm color_form = ColorForm::Normalized;
   TraceCounters counters;
   Named<LedgerRow> ledger;
+  std::vector<LayerRow> layers;
   std::vector<ObjectOutcome> outcome;  ///< Is not read.
   std::string atlas_hash;
   std::vector<SimulatedControl> controls;

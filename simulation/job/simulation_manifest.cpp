@@ -65,9 +65,10 @@ void describe(DocumentVisitor& v, SimulationManifest& m) {
                     "Mass by material: emitted + made = on_surfaces + carried + absorbed + rested + left + used, "
                     "exactly."),
            m.ledger);
+  v.member(if_set("layers", "What became of the objects' layers."), m.layers);
   v.object(may_lack("outcome", "What the run has done. Means and shares are of the surface's area."), true,
            [&] { describe_outcome(v, m.outcome); });
-  v.member(may_lack("atlas_hash", "Of all amounts: equal for equal states."), m.atlas_hash);
+  v.member(may_lack("atlas_hash", "Of all amounts, and of layers: equal for equal states."), m.atlas_hash);
   v.member({.name = "controls", .help = "Parameter maps.", .max_size = 100}, m.controls);
   v.member({"key", "Content key: of all that this was made from."}, m.key);
   v.member(if_set("outside", "Files of the scene that are too large to be kept here and stay where they are."),

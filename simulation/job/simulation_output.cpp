@@ -104,7 +104,8 @@ void write_composed_files(const fs::path& folder, const std::string& name, Simul
 void write_atlas_file(const fs::path& folder, const Simulation& simulation) {
   const int n = static_cast<int>(simulation.scene().materials.size());
   const int side = simulation.scene().resolution;
-  const int num_channels = 2 * n + 1;
+  const std::vector<std::string> layer_channels = simulation.layer_map_names();
+  const int num_channels = 2 * n + 1 + static_cast<int>(layer_channels.size());
   ImageF image(side, side, num_channels);
   for (int m = 0; m < n; ++m) {
     const ImageF amount = simulation.amounts(m);
@@ -121,8 +122,14 @@ void write_atlas_file(const fs::path& folder, const Simulation& simulation) {
       image.at(x, y, 2 * n) = surface.is_covered(t) ? static_cast<float>(surface.weight(t)) : 0.0f;
     }
   }
+  for (std::size_t k = 0; k < layer_channels.size(); ++k) {
+    const ImageF values = simulation.layer_map(k);
+    const int channel = 2 * n + 1 + static_cast<int>(k);
+    for (std::int64_t i = 0; i < values.num_pixels(); ++i) image.data()[i * num_channels + channel] = values.data()[i];
+  }
   std::vector<std::string> channels = atlas_channels(simulation);
   channels.emplace_back("weight");
+  channels.insert(channels.end(), layer_channels.begin(), layer_channels.end());
   write_exr(folder / "atlas.exr", image, channels, ExrDepth::Float);
 }
 
@@ -134,18 +141,25 @@ ImageF first_color(const fs::path& folder) {
 
 void read_atlas_file(const fs::path& folder, Simulation& simulation) {
   const fs::path file = folder / "atlas.exr";
-  const ImageF image = read_channels(file, atlas_channels(simulation));
+  std::vector<std::string> channels = atlas_channels(simulation);
+  const std::size_t num_amounts = channels.size();
+  for (std::string& name : simulation.layer_map_names()) channels.push_back(std::move(name));
+  const ImageF image = read_channels(file, channels);
   const int side = simulation.scene().resolution;
   if (image.width() != side || image.height() != side) {
     throw IoError(file.string(), "is " + size_text(image.width(), image.height()) + " texels; the scene's atlas has " +
                                      size_text(side, side));
   }
   const int n = static_cast<int>(simulation.scene().materials.size());
-  for (int m = 0; m < n; ++m) {
-    ImageF amount(side, side, 1);
-    for (std::int64_t i = 0; i < amount.num_pixels(); ++i) amount.data()[i] = image.data()[i * 2 * n + m];
-    simulation.set_amounts(m, amount);
-  }
+  const auto channel_at = [&](std::size_t channel) {
+    ImageF one(side, side, 1);
+    const auto step = static_cast<std::int64_t>(channels.size());
+    for (std::int64_t i = 0; i < one.num_pixels(); ++i)
+      one.data()[i] = image.data()[i * step + static_cast<std::int64_t>(channel)];
+    return one;
+  };
+  for (int m = 0; m < n; ++m) simulation.set_amounts(m, channel_at(static_cast<std::size_t>(m)));
+  for (std::size_t k = num_amounts; k < channels.size(); ++k) simulation.set_layer_map(k - num_amounts, channel_at(k));
 }
 
 void write_state_file(const fs::path& folder, const Simulation& simulation) {

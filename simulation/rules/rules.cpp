@@ -10,9 +10,11 @@
 #include "libcommon/core/random.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "patinate/simulation/layer_atlas.h"
 #include "patinate/simulation/weather.h"
 #include "simulation/rules/compiled_rules.h"
 #include "simulation/rules/device_rules.h"
+#include "simulation/rules/layer_tile.h"
 #include "simulation/rules/tile_facts.h"
 
 namespace patinate::simulation {
@@ -39,11 +41,14 @@ struct alignas(64) BlockOf64 {
 
 /// Data of one thread; which thread it is shows in no result.
 struct Worker {
-  std::vector<BlockOf64> slots;                      ///< Materials, parameters, then the programs' own.
-  std::vector<std::array<std::int32_t, 64>> quanta;  ///< By material.
+  std::vector<BlockOf64> slots;                      ///< As CompiledRules has them, then the programs' own.
+  std::vector<std::array<std::int32_t, 64>> quanta;  ///< By material, then by state of layers.
   std::array<std::array<std::int32_t, 64>, kMaxRuleTerms> changes{};
   std::array<std::int64_t, kMaxMaterials> made{};
   std::array<std::int64_t, kMaxMaterials> used{};
+  std::optional<LayerTile> layers;  ///< Where there are any.
+  LayerSums sums;
+  std::vector<TileIndex> opened;  ///< Tiles where another layer shows now.
 };
 
 }  // namespace
@@ -63,8 +68,10 @@ struct RuleEngine::State : CompiledRules {
   std::vector<std::size_t> num_dirty;      ///< By chunk.
   std::unique_ptr<DeviceRules> on_device;  ///< State of these rules on a device; null before a device is asked.
   bool is_all_awake_there = true;          ///< It is to be told so.
+  LayerAtlas* layers = nullptr;
+  LayerFacts layer_facts;
 
-  [[nodiscard]] std::size_t first_signal() const { return materials.size() + parameters.size(); }
+  [[nodiscard]] std::size_t first_signal() const { return num_changing() + parameters.size(); }
   [[nodiscard]] SignalValues signals_over(std::int64_t iteration, std::int64_t span) const;
   void wake_on_change(const SignalValues& signals);
   struct StepFacts {
@@ -74,6 +81,8 @@ struct RuleEngine::State : CompiledRules {
   /// @returns false where there is nothing to do.
   [[nodiscard]] bool begin_step(std::int64_t iteration, StepFacts& step);
   [[nodiscard]] bool age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& worker, bool& is_dirty) const;
+  /// Enters what a step has done to layers, and wakes what is beside those that are gone.
+  void enter_layers();
   /// @returns a bit for each material slot of which there is some.
   std::uint32_t load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const;
   /// The amounts of a slot: where they are stored, else in `originals`.
@@ -105,7 +114,7 @@ struct RuleEngine::State : CompiledRules {
 
 RuleEngine::RuleEngine(std::span<const Rule> rules, std::span<const std::string> materials, const SurfaceAtlas& surface,
                        double time_per_iteration, std::uint64_t seed, std::vector<SurfaceParameter> parameters,
-                       InstructionSet set)
+                       InstructionSet set, LayerAtlas* layers)
     : state_(std::make_unique<State>()) {
   State& s = *state_;
   if (!has_instruction_set(set))
@@ -117,6 +126,7 @@ RuleEngine::RuleEngine(std::span<const Rule> rules, std::span<const std::string>
   s.time_per_iteration = time_per_iteration;
   s.seed = seed;
   s.facts = TileFacts(surface);
+  s.layers = layers;
   set_rules(rules, materials, std::move(parameters));
 }
 
@@ -129,7 +139,9 @@ void RuleEngine::set_rules(std::span<const Rule> rules, std::span<const std::str
   State& s = *state_;
   std::vector<SurfaceParameter> parameters = s.parameters;
   for (SurfaceParameter& parameter : more_parameters) parameters.push_back(std::move(parameter));
-  static_cast<CompiledRules&>(s) = compile_rules(rules, materials, parameters);
+  static_cast<CompiledRules&>(s) =
+      compile_rules(rules, materials, parameters, s.layers ? layer_names_of(*s.layers) : LayerNames{});
+  if (s.layers) s.layer_facts = LayerFacts(*s.layers, s, s.facts);
   s.parameters = std::move(parameters);
   s.awake = s.rules.empty() ? std::vector<std::uint64_t>() : s.facts.covered_tiles();
   s.is_all_awake_there = true;
@@ -208,7 +220,7 @@ std::uint32_t RuleEngine::State::load(TileIndex tile, const MaterialAtlas& atlas
     there |= (any != 0 ? std::uint32_t{1} : 0) << k;
   }
   for (std::size_t p = 0; p < parameters.size(); ++p)
-    load_parameter(parameters[p], tile, worker.slots[materials.size() + p].values.data());
+    load_parameter(parameters[p], tile, worker.slots[num_changing() + p].values.data());
   return there;
 }
 
@@ -217,17 +229,21 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
   std::uint32_t there = load(tile, atlas, worker);
   alignas(64) std::array<float, TileGrid::kTileTexels> covered;
   facts.covered(tile, covered);
-  std::array<bool, kMaxMaterials> has_changed{};
+  std::array<bool, 3 * kMaxMaterials> has_changed{};  // Materials, then states of layers.
   std::array<std::uint32_t, TileGrid::kTileTexels> weights;
   bool has_weights = false, has_extent = false;
   float* slots = worker.slots[0].values.data();
+  if (worker.layers) worker.layers->load(tile);
   for (const CompiledRule& rule : rules) {
     if ((rule.needs & ~there) != 0) continue;
+    const bool is_layered = worker.layers && rule.has_layers();
+    const float* where =
+        is_layered ? worker.layers->begin(rule, covered.data(), slots, worker.quanta[0].data()) : covered.data();
     run_expression(rule.driver, slots, set);
     const KernelRule& form = rule.form;
     const float* driver = worker.slots[rule.driver.result].values.data();
-    const int outcome = kernel->apply(form, driver, covered.data(), tile * TileGrid::kTileTexels,
-                                      worker.quanta[0].data(), slots, worker.changes[0].data());
+    const int outcome = kernel->apply(form, driver, where, tile * TileGrid::kTileTexels, worker.quanta[0].data(), slots,
+                                      worker.changes[0].data());
     has_extent |= (outcome & 1) != 0;
     if ((outcome & 2) == 0) continue;
     if (!std::exchange(has_weights, true)) facts.weights(tile, weights);
@@ -235,14 +251,21 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
       const auto slot = static_cast<std::size_t>(form.terms[k].material);
       has_changed[slot] = true;
       there |= std::uint32_t{1} << slot;  // made; what was used up may be gone, and is tried in vain
-      const auto m = static_cast<std::size_t>(materials[slot]);
+      const int material = slot < materials.size() ? materials[slot] : layer_states[slot - materials.size()].material;
+      if (material < 0) continue;
+      const auto m = static_cast<std::size_t>(material);
       (k < form.num_makes ? worker.made : worker.used)[m] += kernel->weigh(worker.changes[k].data(), weights.data());
     }
+    if (is_layered && !rule.states.empty()) worker.layers->end(rule, worker.quanta[0].data(), weights, worker.sums);
   }
   for (std::size_t k = 0; k < materials.size(); ++k) {
     if (has_changed[k]) kernel->store(worker.quanta[k].data(), atlas.writable_tile(materials[k], tile).data());
   }
   is_dirty = std::find(has_changed.begin(), has_changed.end(), true) != has_changed.end();
+  if (!worker.layers) return has_extent;
+  bool is_opened = false;
+  is_dirty = worker.layers->store(*layers, atlas, worker.sums, is_opened) || is_dirty;
+  if (is_opened) worker.opened.push_back(tile);
   return has_extent;
 }
 
@@ -280,7 +303,10 @@ void RuleEngine::State::settle(std::int64_t chunk, TileIndex tile, bool has_exte
 void RuleEngine::State::begin(Worker& worker, const SignalValues& signals) const {
   if (worker.slots.empty()) {
     worker.slots.resize(num_slots);
-    worker.quanta.resize(std::max<std::size_t>(1, materials.size()));
+    worker.quanta.resize(std::max<std::size_t>(1, num_changing()));
+    if (layers) worker.layers.emplace(layer_facts);
+    if (layers) worker.sums.worn.resize(layers->accounts().size());
+    if (layers) worker.sums.flaked.resize(layers->accounts().size());
     for (const CompiledRule& rule : rules) {
       for (const auto& constant : rule.driver.constants) worker.slots[constant.slot].values.fill(constant.value);
     }
@@ -337,13 +363,31 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
   for (Worker& worker : s.workers) {
     for (std::size_t m = 0; m < kMaxMaterials; ++m) {
       report.made[m] += std::exchange(worker.made[m], 0);
-      report.used[m] += std::exchange(worker.used[m], 0);
+      report.used[m] += std::exchange(worker.used[m], 0) + std::exchange(worker.sums.overflow[m], 0);
     }
   }
+  if (s.layers) s.enter_layers();
   return report;
 }
 
-bool RuleEngine::can_step_there() const { return DeviceRules::can_run(*state_, state_->parameters.size()); }
+void RuleEngine::State::enter_layers() {
+  for (Worker& worker : workers) {
+    for (std::size_t i = 0; i < worker.sums.worn.size(); ++i) {
+      layers->accounts()[i].worn += std::exchange(worker.sums.worn[i], 0);
+      layers->accounts()[i].flaked += std::exchange(worker.sums.flaked[i], 0);
+    }
+    for (const TileIndex tile : worker.opened) {
+      layers->renew_tops(tile);
+      for (const TileIndex each : tiles_at(tile, layers->surface()))
+        awake[each / TileGrid::kPageTiles] |= std::uint64_t{1} << each % TileGrid::kPageTiles;
+    }
+    worker.opened.clear();
+  }
+}
+
+bool RuleEngine::can_step_there() const {
+  return !state_->layers && DeviceRules::can_run(*state_, state_->parameters.size());
+}
 
 void RuleEngine::step_on_device(std::int64_t iteration, DeviceArrays& arrays) {
   State& s = *state_;

@@ -31,6 +31,7 @@
 namespace patinate::simulation {
 
 struct DeviceArrays;
+class LayerAtlas;
 
 /// Changes by rules.
 struct RuleReport {
@@ -40,14 +41,16 @@ struct RuleReport {
 };
 
 /// Names that a rule's driver and mask ask for beyond the materials: the parameters that RuleEngine must be given.
-/// @param maps  Names of the scene's maps. @throws InvalidInput for a driver that cannot be read, with position and
-/// did-you-mean.
+/// @param maps  Names of the scene's maps. @param layers  layer_names(); their values are no parameters.
+/// @throws InvalidInput for a driver that cannot be read, with position and did-you-mean.
 [[nodiscard]] std::vector<std::string> parameters_of(const Rule& rule, std::span<const std::string> materials,
-                                                     std::span<const std::string> maps = {});
+                                                     std::span<const std::string> maps = {},
+                                                     std::span<const std::string> layers = {});
 /// Those that change with time (is_time_signal()): "age", and what the weather must tell of. @throws as
 /// parameters_of().
 [[nodiscard]] std::vector<std::string> signals_of(const Rule& rule, std::span<const std::string> materials,
-                                                  std::span<const std::string> maps = {});
+                                                  std::span<const std::string> maps = {},
+                                                  std::span<const std::string> layers = {});
 
 /// Applies a scene's rules, in their order.
 class RuleEngine {
@@ -58,11 +61,12 @@ class RuleEngine {
   /// @param time_per_iteration  In the unit of the rules' alphas.
   /// @param parameters          What drivers ask for; parameters_of().
   /// @param set                 Results do not depend on it.
+  /// @param layers              Of the scene, or nullptr where it has none; outlives the engine, which changes them.
   /// @throws InvalidInput for a driver that cannot be read or asks for a parameter that is not given; for an
   /// instruction set that is not there. Signals of the weather are 0 until set_weather().
   RuleEngine(std::span<const Rule> rules, std::span<const std::string> materials, const SurfaceAtlas& surface,
              double time_per_iteration, std::uint64_t seed, std::vector<SurfaceParameter> parameters = {},
-             InstructionSet set = instruction_set());
+             InstructionSet set = instruction_set(), LayerAtlas* layers = nullptr);
   ~RuleEngine();
   RuleEngine(RuleEngine&&) noexcept;
   RuleEngine& operator=(RuleEngine&&) noexcept;

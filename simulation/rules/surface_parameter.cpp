@@ -9,13 +9,15 @@
 #include "patinate/core/error.h"
 #include "patinate/simulation/scene_map.h"
 #include "patinate/simulation/weather.h"
+#include "simulation/rules/layer_values.h"
 #include "simulation/rules/rule_kernel.h"
 
 namespace patinate::simulation {
 
 bool is_time_signal(std::string_view name) { return name == "age" || weather_signal_of(name).has_value(); }
 
-std::vector<std::string> driver_names(std::span<const std::string> materials, std::span<const std::string> maps) {
+std::vector<std::string> driver_names(std::span<const std::string> materials, std::span<const std::string> maps,
+                                      std::span<const std::string> layers) {
   std::vector<std::string> names(materials.begin(), materials.end());
   const auto add = [&](std::string_view name) {
     if (std::find(names.begin(), names.end(), name) == names.end()) names.emplace_back(name);
@@ -25,6 +27,8 @@ std::vector<std::string> driver_names(std::span<const std::string> materials, st
   add("slope");
   add("age");
   for (const std::string_view name : kWeatherSignalNames) add(name);
+  if (layers.empty()) return names;
+  for (const std::string& name : layer_value_names(materials)) add(name);
   return names;
 }
 

@@ -16,10 +16,11 @@ namespace patinate::simulation {
 /// Tells names that change with time and are the same everywhere: the scene's time ("age") and kWeatherSignalNames.
 [[nodiscard]] bool is_time_signal(std::string_view name);
 
-/// Names that a driver may use beside the materials: built_in_maps(), "slope", "age", the weather's signals, and maps
-/// of the scene.
+/// Names that a driver may use beside the materials: built_in_maps(), "slope", "age", the weather's signals, maps of
+/// the scene, and, where it has layers, layer_value_names().
 [[nodiscard]] std::vector<std::string> driver_names(std::span<const std::string> materials,
-                                                    std::span<const std::string> maps);
+                                                    std::span<const std::string> maps,
+                                                    std::span<const std::string> layers = {});
 
 /// One value for each texel, in tile order (TileGrid::index), coded to save memory: low + (high - low) * code / 255 (or
 /// / 65535).

@@ -1,6 +1,7 @@
 #include "patinate/simulation/scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -104,6 +105,47 @@ void check_objects(const Scene& scene) {
   }
 }
 
+/// Names that a layer takes from materials and maps, since drivers mean it by them.
+constexpr std::array<std::string_view, 4> kNamesOfLayers{"thickness", "depth", "adhesion", "edge"};
+
+void check_layers(const Scene& scene) {
+  for (const SceneObject& object : scene.objects) {
+    const std::string of = " of object '" + object.name + "'";
+    if (object.layers.size() > kMaxLayers)
+      throw InvalidInput("the number of layers" + of + " is " + std::to_string(object.layers.size()) +
+                         "; use at most " + std::to_string(kMaxLayers) + ", the substrate included");
+    std::set<std::string> names;
+    for (const Layer& layer : object.layers) {
+      if (!is_map_name(layer.name))
+        throw InvalidInput("a layer" + of + " is called '" + layer.name +
+                           "'; use letters, digits and _, no digit first");
+      if (!names.insert(layer.name).second)
+        throw InvalidInput("two layers" + of + " are called '" + layer.name + "'; names are unique");
+      for (const double amount : layer.look.amounts)
+        check_range("an amount of layer '" + layer.name + "'" + of, amount, 0.0, kMostAmount);
+    }
+  }
+  if (!has_layers(scene)) return;
+  for (const std::string_view name : kNamesOfLayers) {
+    const bool is_map =
+        std::any_of(scene.maps.begin(), scene.maps.end(), [&](const auto& m) { return m.name == name; });
+    if (is_map || std::find(scene.materials.begin(), scene.materials.end(), name) != scene.materials.end())
+      throw InvalidInput("a " + std::string(is_map ? "map" : "material") + " is called '" + std::string(name) +
+                         "', which in drivers of a scene with layers is theirs");
+  }
+}
+
+void check_shares(const Rule& rule) {
+  const std::string of = " of rule '" + rule.name + "'";
+  for (const LayerShares* shares : {&rule.layer_products, &rule.layer_reactants}) {
+    for (const double share : shares->at_interface) check_range("what lies at an interface" + of, share, 0.0, 1e3);
+    check_range("the thickness" + of, shares->thickness_um, 0.0, 1e3);
+    check_range("the adhesion" + of, shares->adhesion, 0.0, 1e3);
+  }
+  if (rule.layer_products.thickness_um > 0.0 || rule.layer_products.adhesion > 0.0)
+    throw InvalidInput("products" + of + ": a layer's thickness and adhesion only fall; name them in reactants");
+}
+
 void check_maps(const Scene& scene) {
   check_names(scene.maps, "map");
   const std::vector<std::string>& kinds = scene_map_kinds();
@@ -168,6 +210,7 @@ bool EventSeries::is_due(std::int64_t iteration) const {
 void check_scene(const Scene& scene) {
   check_materials(scene);
   check_objects(scene);
+  check_layers(scene);
   if (scene.emitters.empty()) throw InvalidInput("the scene has no emitters: nothing would happen");
   check_names(scene.emitters, "emitter");
   for (const Emitter& emitter : scene.emitters) check_emitter(emitter, scene);
@@ -186,6 +229,7 @@ void check_scene(const Scene& scene) {
     check_range("rate of rule '" + rule.name + "'", rule.rate, 0.0, 1e6);
     for (const double share : rule.products) check_range("products of rule '" + rule.name + "'", share, 0.0, 1e3);
     for (const double share : rule.reactants) check_range("reactants of rule '" + rule.name + "'", share, 0.0, 1e3);
+    check_shares(rule);
   }
   for (const EventSeries& series : scene.series) {
     check_range("the beginning of a series of events", series.first, 0.0, 1e12);
@@ -198,6 +242,24 @@ void check_scene(const Scene& scene) {
     throw InvalidInput(
         "the scene has weather, and its iterations take no time; give them one (\"time\": {\"per_iteration\": 0.1})");
 }
+
+bool LayerShares::has_any() const {
+  return thickness_um > 0.0 || adhesion > 0.0 ||
+         std::any_of(at_interface.begin(), at_interface.end(), [](double share) { return share > 0.0; });
+}
+
+std::vector<std::string> layer_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const SceneObject& object : scene.objects) {
+    for (std::size_t l = 1; l < object.layers.size(); ++l) {
+      if (std::find(names.begin(), names.end(), object.layers[l].name) == names.end())
+        names.push_back(object.layers[l].name);
+    }
+  }
+  return names;
+}
+
+bool has_layers(const Scene& scene) { return !layer_names(scene).empty(); }
 
 std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials) {
   std::vector<std::string> names{"hits", "last_hit", "residence"};

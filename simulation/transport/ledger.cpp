@@ -114,12 +114,14 @@ bool MassLedger::balances() const {
 }
 
 std::string audit(const MassLedger& ledger, const MaterialAtlas& atlas, const Cargo& cargo,
-                  std::span<const std::string> materials, const RunControl& control) {
+                  std::span<const std::string> materials, const RunControl& control,
+                  std::span<const std::int64_t> at_interfaces) {
   for (std::size_t m = 0; m < materials.size(); ++m) {
     const auto material = static_cast<int>(m);
     const MassAccount& account = ledger.account(material);
     MassSum surfaces;
     surfaces += atlas.mass(material, control) - original_mass(atlas, material, control);
+    if (!at_interfaces.empty()) surfaces += at_interfaces[m];
     surfaces -= account.on_surfaces;
     MassSum carried;
     for (const auto& mass : cargo.mass) carried += static_cast<std::int64_t>(mass[m]);

@@ -4,6 +4,7 @@
 
 #include "libcommon/core/text.h"
 #include "simulation/files/scene_event.h"
+#include "simulation/rules/rule_io.h"
 #include "tools/studio/live_client.h"
 #include "tools/studio/live_labels.h"
 #include "tools/studio/scene_text.h"
@@ -32,12 +33,13 @@ Json event_for(const char* op, const std::string& target, const char* member, Js
 /// All of a rule, as an event sets it.
 Json rule_event(const simulation::Rule& rule, const std::vector<std::string>& materials) {
   Json event{{"op", "rule"}, {"target", rule.name}, {"driver", rule.driver}, {"rate", rule.rate}};
-  for (const auto& [key, values] : {std::pair("products", &rule.products), std::pair("reactants", &rule.reactants)}) {
+  const auto set = [&](const char* key, const simulation::MaterialValues& values,
+                       const simulation::LayerShares& of_layers) {
     event[key] = Json::object();
-    for (std::size_t i = 0; i < materials.size(); ++i) {
-      if ((*values)[i] > 0.0) event[key][materials[i]] = (*values)[i];
-    }
-  }
+    for (const auto& [name, share] : simulation::named_shares(values, of_layers, materials)) event[key][name] = share;
+  };
+  set("products", rule.products, rule.layer_products);
+  set("reactants", rule.reactants, rule.layer_reactants);
   if (!rule.where.empty()) event["where"] = rule.where;
   return event;
 }

@@ -58,7 +58,7 @@ void settle_rule(Json& root, const Json& event, const std::vector<std::string>& 
   if (at >= list.size()) list.push_back({{"name", target}});
   Json& rule = at < list.size() ? list[at] : list.back();
   if (rule.is_string()) rule = {{simulation::is_rule_path(rule.get<std::string>()) ? "file" : "name", rule}};
-  take_members(event, {"driver", "rate", "products", "reactants", "where"}, rule);
+  take_members(event, {"driver", "rate", "products", "reactants", "where", "layer"}, rule);
 }
 
 /// Makes what an event sets the beginning of the scene.

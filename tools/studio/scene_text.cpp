@@ -6,6 +6,7 @@
 
 #include "patinate/core/error.h"
 #include "simulation/files/scene_json.h"
+#include "simulation/rules/rule_io.h"
 
 namespace patinate::studio {
 
@@ -136,19 +137,17 @@ Json exchange_json(const simulation::Scene& scene) {
 
 Json rules_json(const simulation::Scene& scene) {
   Json list = Json::array();
-  const auto shares = [&](const simulation::MaterialValues& values) {
+  const auto shares = [&](const simulation::MaterialValues& values, const simulation::LayerShares& of_layers) {
     Json json = Json::object();
-    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-      if (values[i] > 0.0) json[scene.materials[i]] = values[i];
-    }
+    for (const auto& [name, share] : simulation::named_shares(values, of_layers, scene.materials)) json[name] = share;
     return json;
   };
   for (const simulation::Rule& rule : scene.rules) {
     list.push_back({{"name", rule.name},
                     {"driver", rule.driver},
                     {"rate", rule.rate},
-                    {"products", shares(rule.products)},
-                    {"reactants", shares(rule.reactants)}});
+                    {"products", shares(rule.products, rule.layer_products)},
+                    {"reactants", shares(rule.reactants, rule.layer_reactants)}});
   }
   return list;
 }

@@ -53,7 +53,7 @@ TEST_F(SceneMapJson, APatternIsTheNameOfAMap) {
     scene_.objects[0].preset.pattern = pattern;
     return error_of([&] {
       JsonReader object("scene.json", json, "/objects/0");
-      check_pattern(object, scene_, 0);
+      check_pattern(object.member("preset"), scene_.objects[0].preset, scene_);
     });
   };
   EXPECT_EQ(check("wood_grain"), "");

@@ -75,6 +75,20 @@ std::string outcome_text(const Json& outcome) {
   return text;
 }
 
+/// What became of each layer of each object.
+std::string layers_text(const Json& layers) {
+  std::string text;
+  for (const Json& row : layers) {
+    const double start = row.at("start").get<double>();
+    if (!(start > 0.0)) continue;
+    const auto share = [&](const char* part) { return fixed_percent_text(row.at(part).get<double>() / start); };
+    text += (text.empty() ? "" : "\n") + row.at("object").get<std::string>() + ", " +
+            row.at("layer").get<std::string>() + ": " + share("worn") + " worn, " + share("flaked") + " flaked, " +
+            share("remains") + " remains";
+  }
+  return text;
+}
+
 int report_estimate(CommandRun& run, simulation::SceneFile file, const simulation::SimulationOptions& options) {
   const int resolution = file.scene.resolution;
   const simulation::RunEstimate estimate = simulation::estimate_run(std::move(file), options, run.control("estimate"));
@@ -97,6 +111,7 @@ void note_outcome(CommandRun& run, const Json& manifest) {
   if (!run.line.common().json) {
     run.note(ledger_text(manifest.at("ledger")));
     run.note(outcome_text(manifest.at("outcome")));
+    if (manifest.contains("layers")) run.note(layers_text(manifest["layers"]));
   }
   for (const Json& advice : manifest.at("outcome").at("advice")) run.note("warning: " + advice.get<std::string>());
 }
@@ -176,6 +191,8 @@ int cmd_simulate(CommandRun& run) {
   if (run.line.is_given("seed")) request.seed = run.line.common().seed;
   simulation::SceneFile file = app::read_requested_scene(request, run.control("scene"));
   run.notes(file.notes);
+  if (simulation_device && simulation::has_layers(file.scene))
+    run.note("the scene has layers: it runs on the CPU, and the device is not used");
   simulation::SimulationOptions simulation;
   simulation.color_form = request.options.color_form;
   simulation.device = simulation_device;

@@ -26,6 +26,7 @@ class DeviceError;
 namespace patinate::simulation {
 
 struct DeviceArrays;
+class LayerAtlas;
 
 /// How weights w_i of materials, a = sum w_i, become a color. The first two give sum w_i C_i / a where a >= 1.
 enum class ColorForm {
@@ -66,6 +67,9 @@ class Composer {
   /// @throws InvalidInput unless there is one for each material, in range.
   void set_appearance(const std::vector<MaterialAppearance>& appearance);
   void set_form(ColorForm form);
+  /// Where objects have layers: the thicknesses that decide which one shows, and how high it lies. @param layers  Of
+  /// the scene and surface of the composer; outlives it. Everything is composed again at the next compose().
+  void set_layers(const LayerAtlas* layers);
   /// For tests and benchmarks. @throws InvalidInput if this machine lacks it.
   void use(InstructionSet set);
 

@@ -21,6 +21,7 @@
 
 namespace patinate::simulation {
 
+class LayerAtlas;
 class SimulationDevice;
 struct Gammatons;
 struct TraceCounters;
@@ -98,6 +99,10 @@ class Simulation {
   void step(const RunControl& control = {});
 
   [[nodiscard]] const MaterialAtlas& atlas() const;
+  /// Thicknesses and adhesion of the objects' layers; nullptr in a scene without. Such a scene runs on the CPU.
+  [[nodiscard]] const LayerAtlas* layers() const;
+  /// Of all amounts, and of the layers: equal for equal states.
+  [[nodiscard]] std::string state_hash() const;
   [[nodiscard]] const TraceCounters& counters() const;
   [[nodiscard]] const SimulationTimes& times() const;
   /// Bytes of the atlas, its pages and gammatons, without optional maps.
@@ -125,6 +130,12 @@ class Simulation {
   /// them.
   /// @throws InvalidInput on another size or a value outside [0, 4).
   void set_amounts(int material, const ImageF& amounts);
+  /// What files keep of the layers: a name for each map, such as "layer1.thickness_um". Empty in a scene without.
+  [[nodiscard]] std::vector<std::string> layer_map_names() const;
+  /// In um, as adhesion, or as an amount; 0 outside the charts.
+  [[nodiscard]] ImageF layer_map(std::size_t index) const;
+  /// As set_amounts(). @throws InvalidInput on another size or a value out of range.
+  void set_layer_map(std::size_t index, const ImageF& values);
   /// MATERIAL.final needs not have been asked for. @throws InvalidInput for another that was not, or an unknown name.
   [[nodiscard]] ParameterMap parameter_map(const std::string& name) const;
   /// 255 where a gammaton has ever been, with the width that its splat has; else 0. nullopt: a snapshot was restored

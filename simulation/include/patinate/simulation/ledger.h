@@ -82,7 +82,9 @@ class MassLedger {
 
 /// Compares the mass balance with what is there: sums all texels and all cargo (slow). @returns what is wrong, "" if
 /// nothing.
+/// @param at_interfaces  Mass of each material below layers, which is on the surfaces too; may be empty.
 [[nodiscard]] std::string audit(const MassLedger& ledger, const MaterialAtlas& atlas, const Cargo& cargo,
-                                std::span<const std::string> materials, const RunControl& control = {});
+                                std::span<const std::string> materials, const RunControl& control = {},
+                                std::span<const std::int64_t> at_interfaces = {});
 
 }  // namespace patinate::simulation

@@ -23,7 +23,9 @@ namespace patinate::simulation {
 
 inline constexpr int kMaxMaterials = 8;  ///< [Guenther et al. 2012, sec. 4.4].
 inline constexpr std::size_t kMaxRules = 100;
-inline constexpr double kMostAmount = 3.0;  ///< Largest amount that a surface may begin with.
+inline constexpr double kMostAmount = 3.0;         ///< Largest amount that a surface may begin with.
+inline constexpr std::size_t kMaxLayers = 8;       ///< Of an object, its substrate included.
+inline constexpr double kMaxThicknessUm = 4000.0;  ///< Of a layer: 16 bits of quanta (LayerAtlas).
 
 /// One value for each material of the scene; entries beyond Scene::materials are 0.
 using MaterialValues = std::array<double, kMaxMaterials>;
@@ -81,6 +83,17 @@ struct Preset {
   double metalness = 0.0;  ///< [0, 1]: 1 where the color is that of bare metal. For pictures; nothing ages by it.
 };
 
+/// A coat of an object, or its substrate (docs/algorithms/layers.md).
+struct Layer {
+  std::string name;  ///< Letters, digits and _; of one object's layers unique.
+  /// Its look where nothing lies above it. Its amounts are what it is made of: drivers see them, no contact takes them.
+  Preset look{};
+  /// Expressions of what SceneObject::initial may name, at the start: cut to [0, kMaxThicknessUm] and [0, 1]. Of the
+  /// substrate they do not count.
+  std::string thickness_um{};
+  std::string adhesion{"1"};  ///< To the layer below.
+};
+
 /// A mesh in the scene. Its UVs lie in the unit square (atlas_mesh.h).
 struct SceneObject {
   std::string name;
@@ -100,6 +113,9 @@ struct SceneObject {
   /// is shared by the others in proportion to their surfaces.
   std::optional<double> texels_per_mm{};
   double crease_deg = kCreaseDeg;  ///< Of a mesh without normals: edges that bend by more are hard; [0, 180].
+  /// From the substrate outward, at most kMaxLayers. Empty: it is of its preset alone. Else the preset has the
+  /// substrate's look, and no amounts.
+  std::vector<Layer> layers{};
 };
 
 enum class EmitterShape {
@@ -187,6 +203,16 @@ struct ExchangeOptions {
   bool deposit = true;  ///< Absorbed and resting gammatons leave their cargo where they end, as much as fits.
 };
 
+/// What a rule makes of a layer, or uses of it, by its extent.
+struct LayerShares {
+  MaterialValues at_interface{};  ///< Amounts between the layer and the one below it.
+  double thickness_um = 0.0;      ///< Only used: no layer grows.
+  double adhesion = 0.0;          ///< Only used.
+
+  [[nodiscard]] bool has_any() const;
+  friend bool operator==(const LayerShares&, const LayerShares&) = default;
+};
+
 /// A reaction on the surface during the run. `driver` is an expression over materials ("min(water, metal)") and surface
 /// parameters.
 struct Rule {
@@ -196,6 +222,12 @@ struct Rule {
   MaterialValues products{};   ///< Amount made per rate * driver * time.
   MaterialValues reactants{};  ///< Amount used up per the same; never more than there is.
   std::string where{};         ///< Expression of what a driver may name; its value, in [0, 1], is a factor. "" = 1.
+  std::string layer{};         ///< The layer that it acts on, where that is; "" = the outermost one of each place.
+  LayerShares layer_products{};
+  LayerShares layer_reactants{};
+
+  /// Such a rule acts only where its layer is.
+  [[nodiscard]] bool changes_layers() const { return layer_products.has_any() || layer_reactants.has_any(); }
 };
 
 /// A change of a rule during the run; members without a value keep the rule's.
@@ -204,6 +236,8 @@ struct RuleChange {
   std::optional<double> rate;  ///< 0 = off.
   std::optional<MaterialValues> products;
   std::optional<MaterialValues> reactants;
+  std::optional<LayerShares> layer_products{};
+  std::optional<LayerShares> layer_reactants{};
   std::optional<std::string> where{};
   std::optional<Rule>
       begins;  ///< Comes to the scene's rules, after the others, if none has that name. What is given is in it.
@@ -297,6 +331,10 @@ struct Scene {
 /// @throws InvalidInput naming the first value out of its range, material that is unknown, name that occurs twice; no
 /// object; no emitter.
 void check_scene(const Scene& scene);
+
+/// Names of all layers above substrates, each once.
+[[nodiscard]] std::vector<std::string> layer_names(const Scene& scene);
+[[nodiscard]] bool has_layers(const Scene& scene);
 
 /// What every parameter map may be called, for the given materials.
 [[nodiscard]] std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials);

@@ -1,0 +1,107 @@
+#include "simulation/composition/coats.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace patinate::simulation::composition {
+
+namespace {
+
+constexpr int kHeightShift = 20;
+
+/// Objects as they look with their layer number `layer` outermost.
+void put_on(const Scene& from, std::size_t layer, Scene& scene) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const std::vector<Layer>& layers = from.objects[i].layers;
+    scene.objects[i].preset = layer < layers.size() ? layers[layer].look : Preset{};
+  }
+}
+
+/// Without meshes and maps, which are the substrates'.
+Scene without_surfaces(const Scene& scene) {
+  Scene copy = scene;
+  for (SceneObject& object : copy.objects) {
+    object.mesh = {};
+    object.color_map = object.specular_map = object.height_map = {};
+  }
+  return copy;
+}
+
+void copy_texel(const BaseTile& from, std::size_t texel, BaseTile& to) {
+  for (int c = 0; c < 3; ++c) to.linear[c][texel] = from.linear[c][texel];
+  to.specular[texel] = from.specular[texel];
+  to.code[texel] = from.code[texel];
+}
+
+}  // namespace
+
+Coats::Coats(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, double quanta_per_mm,
+             const RunControl& control) {
+  if (!has_layers(scene)) return;
+  std::size_t most = 0;
+  for (const SceneObject& object : scene.objects) most = std::max(most, object.layers.size());
+  Scene coated = without_surfaces(scene);
+  for (std::size_t l = 1; l < most; ++l) {
+    put_on(scene, l, coated);
+    looks_.emplace_back(coated, scene_mesh, surface, quanta_per_mm, control);
+  }
+  constexpr double kUmPerMm = 1000.0;
+  height_scale_ = std::llround(std::ldexp(quanta_per_mm / (kUmPerMm * LayerAtlas::kQuantaPerUm), kHeightShift));
+}
+
+std::size_t Coats::memory() const {
+  std::size_t bytes = 0;
+  for (const BaseLayer& look : looks_) bytes += look.memory();
+  return bytes;
+}
+
+void Coats::cover_look(TileIndex tile, Tile& own, ComposeTask& task) const {
+  const std::uint8_t* tops = layers_->tops().data() + std::size_t{tile} * kTile;
+  const auto [least, most] = std::minmax_element(tops, tops + kTile);
+  if (*most == 0) return;
+  if (*least == *most) {
+    task.base = &looks_[*most - 1].tile(tile, own.base);
+    return;
+  }
+  own.base = *task.base;
+  for (std::uint8_t l = std::max<std::uint8_t>(1, *least); l <= *most; ++l) {
+    const BaseTile& look = looks_[l - 1].tile(tile, own.buffer);
+    for (std::size_t i = 0; i < kTile; ++i) {
+      if (tops[i] == l) copy_texel(look, i, own.base);
+    }
+  }
+  task.base = &own.base;
+}
+
+void Coats::add_heights(TileIndex tile, std::span<const QuantizedAppearance> looks, std::int32_t* heights) const {
+  std::array<std::uint16_t, kTile> thickness;
+  std::array<std::int64_t, kTile> sum{};
+  for (int l = 1; l < layers_->num_layers(); ++l) {
+    layers_->thickness().read_tile(l, tile, thickness);
+    for (std::size_t i = 0; i < kTile; ++i) sum[i] += thickness[i];
+  }
+  for (std::size_t i = 0; i < kTile; ++i)
+    heights[i] += static_cast<std::int32_t>((sum[i] * height_scale_ + (1 << (kHeightShift - 1))) >> kHeightShift);
+  for (int l = 1; l < layers_->num_layers(); ++l) {
+    for (std::size_t m = 0; m < looks.size(); ++m) {
+      if (looks[m].height == 0) continue;
+      const std::span<const std::uint16_t> below = layers_->interface_below(l).tile(static_cast<int>(m), tile);
+      for (std::size_t i = 0; i < below.size(); ++i) {
+        const std::int64_t lift = std::int64_t{below[i]} * looks[m].height >> looks[m].height_shift;
+        heights[i] += static_cast<std::int32_t>(std::clamp<std::int64_t>(lift, -kMaxHeight, kMaxHeight));
+      }
+    }
+  }
+  for (std::size_t i = 0; i < kTile; ++i) heights[i] = std::clamp(heights[i], -kMaxHeight, kMaxHeight);
+}
+
+void Coats::cover(TileIndex tile, std::span<const QuantizedAppearance> looks, Tile& own, ComposeTask& task) const {
+  if (layers_ == nullptr) return;
+  cover_look(tile, own, task);
+  std::copy_n(task.height, kTile, own.heights);
+  add_heights(tile, looks, own.heights);
+  task.height = own.heights;
+}
+
+}  // namespace patinate::simulation::composition

@@ -169,6 +169,13 @@ void check_request(const TransferRequest& request) {
   const std::string& device = request.device.device;
   if (device != "auto" && device != "cpu" && request.transfer.method != transfer::TransferMethod::Fast)
     throw UsageError("--device: --method reference runs on the CPU; leave --device out");
+  if (request.edits.empty()) return;
+  if (request.transfer.method != transfer::TransferMethod::Fast || request.transfer.neighborhood_radius_px == 1)
+    throw UsageError("--edits: needs --method fast, and a --neighborhood of 2 or more");
+}
+
+transfer::TransferEdits requested_edits(const TransferRequest& request) {
+  return request.edits.empty() ? transfer::TransferEdits{} : transfer::read_transfer_edits(request.edits);
 }
 
 transfer::TransferTask transfer_task(const TransferRequest& request, const Words& say) {

@@ -30,6 +30,7 @@ struct TransferRequest {
   ControlKindOptions kinds;
   std::string flow = "gravity";       ///< One of kDirectionKindNames, or a file of curves.
   std::filesystem::path source_mask;  ///< 8 bit, of the history's size; 0 is not copied. May be empty.
+  std::filesystem::path edits;        ///< Applied to the finished transfer (transfer_edits.h). May be empty.
   transfer::CacheOptions cache;       ///< No result depends on it.
   device::DeviceOptions device;       ///< No result depends on it.
 };
@@ -39,6 +40,8 @@ void check_request(const TransferRequest& request);
 /// Reads the history, the mesh and its controls: what is left to do is plan_transfer().
 /// @throws UsageError if what is asked for does not go together; IoError; InvalidInput; Canceled
 [[nodiscard]] transfer::TransferTask transfer_task(const TransferRequest& request, const Words& say);
+/// The edits that a request names. @throws IoError
+[[nodiscard]] transfer::TransferEdits requested_edits(const TransferRequest& request);
 /// Makes the map of a control on the surface.
 using MakeControl = std::function<ControlMap(std::size_t number, const transfer::ControlSpec& spec)>;
 /// Controls of the history with their maps; notes say what a user should know of each. Of a library, the control that

@@ -29,6 +29,12 @@ class TexelSet {
     parallel_for(num_texels, kChunk, control, [&](TexelId begin, TexelId end) { insert_some(begin, end, is_member); });
     count();
   }
+  /// @param members  In any order, each in [0, num_texels); some may stand there more than once.
+  TexelSet(std::int64_t num_texels, std::span<const TexelId> members)
+      : words_(static_cast<std::size_t>((num_texels + 63) / 64)), before_(words_.size()) {
+    for (const TexelId t : members) insert(t);
+    count();
+  }
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] bool contains(TexelId t) const {
     return (words_[static_cast<std::size_t>(t) / 64] >> (t % 64) & 1) != 0;

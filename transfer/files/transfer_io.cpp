@@ -142,6 +142,30 @@ void write_coordinates(const fs::path& file, const TransferTask& task, int tile,
 
 }  // namespace
 
+void rewrite_coordinates(const TransferManifest& manifest, const EditedPlaces& edited, const RunControl& run) {
+  const Sheet sheet = manifest.sheet();
+  std::vector<std::string> channels{kCoordinateChannels[0], kCoordinateChannels[1]};
+  if (edited.frames != nullptr) channels.insert(channels.end(), {kPatchChannels[0], kPatchChannels[1]});
+  if (!edited.parts.empty()) channels.emplace_back(kIndexChannel);
+  for (int tile = 0; tile < sheet.num_tiles(); ++tile) {
+    ImageF values = read_channels(manifest.tiles[tile].coordinates, channels);
+    ImageF one(1, 1, values.channels());
+    for (const TexelId t : edited.texels) {
+      const int x = static_cast<int>(t % edited.map.width()), y = static_cast<int>(t / edited.map.width());
+      const int in_x = x - sheet.first_x(tile), in_y = y - sheet.first_y(tile);
+      if (!values.contains(in_x, in_y)) continue;
+      put_coordinates(one, x, y, edited.place_of, edited.map.width(), edited.source_width);
+      if (edited.frames != nullptr) put_patch(one, x, y, edited.map, *edited.frames, edited.place_of);
+      if (!edited.parts.empty()) put_index(one, edited.parts);
+      std::copy(one.values().begin(), one.values().end(), values.pixel(in_x, in_y).begin());
+    }
+    ImageRowWriter writer(manifest.tiles[tile].coordinates, values.width(), values.height(),
+                          {.channels = channels, .depth = ExrDepth::Float, .num_threads = thread_count(run)});
+    writer.write(values.values());
+    writer.finish();
+  }
+}
+
 void write_transfer_files(const fs::path& folder, const TransferTask& task, const TransferResult& result,
                           const RunControl& run) {
   const Sheet& sheet = task.input.map->sheet();

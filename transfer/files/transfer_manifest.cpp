@@ -13,6 +13,7 @@
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/history/footprint.h"
 #include "patinate/core/json.h"
+#include "transfer/files/transfer_edits.h"
 #include "transfer/files/transfer_files.h"
 #include "transfer/synthesis/open_options.h"
 
@@ -204,6 +205,7 @@ void describe(DocumentVisitor& v, TransferManifest& m) {
             {},
             Presence::IfSet},
            m.source_mask);
+  v.member({"edits", "Edits that were applied afterwards. Missing: none.", {}, Presence::IfSet}, m.edits);
   v.member({.name = "controls",
             .help = "Controls of the history and those of the mesh that they are matched to.",
             .max_size = 64},
@@ -312,6 +314,7 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
                      .flow = task.flow,
                      .controls = written_controls(task),
                      .source_mask = has_mask ? std::optional<fs::path>(kSourceMaskFile) : std::nullopt,
+                     .edits = std::nullopt,
                      .unit = task.unit,
                      .mm_per_mesh_unit = task.mm_per_mesh_unit,
                      .energy = result.energy,
@@ -334,8 +337,16 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   m.mesh = folder / m.mesh;
   for (TransferTile& tile : m.tiles) tile.coordinates = folder / tile.coordinates;
   if (m.source_mask) m.source_mask = folder / *m.source_mask;
+  if (m.edits) m.edits = folder / *m.edits;
   for (RecordedControl& c : m.controls) c.file = folder / c.file;
   return m;
+}
+
+void rewrite_transfer_manifest(const fs::path& folder, const EnergyReport& energy) {
+  Json json = load_json(folder / "transfer.json");
+  json["energy"] = energy_json(energy);
+  json["edits"] = kEditsFile;
+  save_json(folder / "transfer.json", json);
 }
 
 Json transfer_schema() { return document_schema(kTransferDocument, described<TransferManifest>()); }

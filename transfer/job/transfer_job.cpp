@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
@@ -13,6 +16,7 @@
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/error.h"
 #include "patinate/transfer/age.h"
+#include "transfer/editing/transfer_editor.h"
 #include "transfer/lookup/packed_lookup.h"
 
 namespace patinate::transfer {
@@ -67,20 +71,58 @@ JobInputs transfer_inputs(const TransferTask& task, std::string_view stage) {
 
 namespace {
 
+constexpr double kTransferShare = 0.7;  // Of the progress of a transfer that is edited.
+
+/// @throws InvalidInput naming the edit, from 1, that cannot be applied
+void apply_edits(const fs::path& folder, const TransferEdits& edits, const AppearanceSource& appearance,
+                 const RunControl& control) {
+  constexpr double kOpened = 0.3;  // Share of the progress.
+  TransferEditor editor(folder, appearance, control.part(0.0, kOpened));
+  const std::size_t count = edits.edits.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    try {
+      (void)editor.apply(edits.edits[i], control.silent());
+    } catch (const InvalidInput& error) {
+      throw InvalidInput("edit " + std::to_string(i + 1) + ": " + error.what());
+    }
+    control.report(kOpened + (1.0 - kOpened) * static_cast<double>(i + 1) / static_cast<double>(count));
+  }
+  editor.write(control.silent());
+}
+
+/// Says before the search what cannot be applied after it.
+void check_edits(const TransferEdits& edits, const TransferTask& task) {
+  std::vector<std::string> followed;
+  for (const TransferControl& c : task.input.controls) followed.push_back(c.source);
+  check_edits(edits, followed);
+  if (edits.edits.empty()) return;
+  const SurfaceBrush brush(*task.input.map);
+  for (std::size_t i = 0; i < edits.edits.size(); ++i) {
+    const TransferEdit& edit = edits.edits[i];
+    if (edit.kind == EditKind::Stroke && brush.find(edit.stroke).empty())
+      throw InvalidInput("edit " + std::to_string(i + 1) + ": " + unreached_text(edit.stroke));
+  }
+}
+
 using MakeResult = std::function<TransferResult(const TransferTask& task, const RunControl& control)>;
 
-JobPlan plan_made_by(TransferTask task, const fs::path& output, MakeResult make) {
+JobPlan plan_made_by(TransferTask task, const fs::path& output, TransferEdits edits, MakeResult make) {
   check_ranges(task.options);
   task.input.history = task.history;
+  check_edits(edits, task);
   const auto shared = std::make_shared<const TransferTask>(std::move(task));
-  JobPlan plan = transfer_inputs(*shared).plan(output, "transfer.json");
+  JobInputs inputs = transfer_inputs(*shared);
+  if (!edits.edits.empty()) inputs.add_content("edits", "--edits", ContentHash().add(edits_json(edits).dump()).hex());
+  JobPlan plan = inputs.plan(output, "transfer.json");
   plan.parallel_items = false;
   // One item: with the manifest's figures in memory only, a killed run starts its synthesis again.
-  plan.join = [shared, key = plan.key, output, make = std::move(make)](const fs::path& folder,
-                                                                       const RunControl& control) {
-    const TransferResult result = make(*shared, control);
+  plan.join = [shared, key = plan.key, output, edits = std::move(edits), make = std::move(make)](
+                  const fs::path& folder, const RunControl& control) {
+    const double share = edits.edits.empty() ? 1.0 : kTransferShare;
+    const TransferResult result = make(*shared, control.part(0.0, share));
     write_transfer_files(folder, *shared, result, control);
     write_transfer_manifest(folder, output, *shared, result, key);
+    if (!edits.edits.empty()) apply_edits(folder, edits, shared->input.appearance, control.part(share, 1.0));
   };
   return plan;
 }
@@ -114,8 +156,8 @@ TransferResult result_of(const AgedMesh& aged) {
 
 }  // namespace
 
-JobPlan plan_transfer(TransferTask task, const fs::path& output) {
-  return plan_made_by(std::move(task), output, [](const TransferTask& t, const RunControl& control) {
+JobPlan plan_transfer(TransferTask task, const fs::path& output, TransferEdits edits) {
+  return plan_made_by(std::move(task), output, std::move(edits), [](const TransferTask& t, const RunControl& control) {
     return transfer(t.input, t.options, control);
   });
 }
@@ -139,8 +181,8 @@ void AgedMesh::save(const fs::path& path, const SaveOptions& options, const RunC
   if (!task.history)
     throw InvalidInput(
         "the history of this transfer is in memory only: save it, read it again, and transfer from that");
-  const JobPlan plan =
-      plan_made_by(std::move(task), path, [this](const TransferTask&, const RunControl&) { return result_of(*this); });
+  const JobPlan plan = plan_made_by(std::move(task), path, {},
+                                    [this](const TransferTask&, const RunControl&) { return result_of(*this); });
   (void)run_job(plan, {.force = options.force}, run);
 }
 

@@ -10,6 +10,8 @@
 #include "patinate/image/image_io.h"
 #include "patinate/transfer/time_map.h"
 #include "transfer/files/flow_io.h"
+#include "transfer/files/transfer_edits.h"
+#include "transfer/guidance/painted_control.h"
 #include "transfer/lookup/packed_lookup.h"
 #include "transfer/lookup/source_turn.h"
 #include "transfer/synthesis/transfer_controls.h"
@@ -74,20 +76,31 @@ void TransferReader::read_coordinates() {
   }
 }
 
+TransferControl TransferReader::control(std::size_t index) const {
+  const RecordedControl& c = manifest().controls.at(index);
+  std::vector<std::filesystem::path> files;
+  for (const TransferTile& tile : manifest().tiles) files.push_back(tile_path(c.file, tile.name));
+  return {c.source, c.destination, read_sheet(files, {"Y"}, 0.0f), c.range, c.weight, c.mapping};
+}
+
 ImageF TransferReader::matched_control(std::size_t index) const {
-  std::vector<TransferControl> controls;
-  const auto add = [&](const RecordedControl& c) {
-    std::vector<std::filesystem::path> files;
-    for (const TransferTile& tile : manifest().tiles) files.push_back(tile_path(c.file, tile.name));
-    controls.push_back({c.source, c.destination, read_sheet(files, {"Y"}, 0.0f), c.range, c.weight, c.mapping});
-  };
-  add(manifest().controls.at(index));
-  for (const RecordedControl& c :
-       manifest()
-           .controls) {  // The control that says which history of a library applies decides how others are matched.
-    if (c.source == kLibraryControl && c.source != controls[0].source) add(c);
+  std::vector<TransferControl> controls{control(index)};
+  for (std::size_t i = 0; i < manifest().controls.size(); ++i) {
+    // The control that says which history of a library applies decides how others are matched.
+    if (manifest().controls[i].source == kLibraryControl && i != index) controls.push_back(control(i));
   }
-  return match_controls(history(), source_mask(), controls, coverage()).destination[0];
+  ImageF matched = std::move(match_controls(history(), source_mask(), controls, coverage()).destination[0]);
+  if (!manifest().edits) return matched;
+  const TexelMap map(mesh(), sheet());
+  const SurfaceBrush brush(map);
+  for (const TransferEdit& edit : read_transfer_edits(*manifest().edits).edits) {
+    if (edit.kind != EditKind::Stroke || edit.control != controls[0].source) continue;
+    for (const BrushedTexel& b : brush.find(edit.stroke)) {
+      float& value = matched.values()[static_cast<std::size_t>(b.texel)];
+      value = static_cast<float>(brushed(static_cast<double>(value), edit.value, b.kept));
+    }
+  }
+  return matched;
 }
 
 ImageU8 TransferReader::source_mask() const {

@@ -61,7 +61,10 @@ std::vector<std::uint8_t> reuse_of(const SourceLevel& source, const PlaceCounts&
   return reuse;
 }
 
-/// Rises from the coarsest level to the finest.
+}  // namespace
+
+using search_kernel::Preferences;
+
 double coherence_of_level(std::size_t level, std::size_t coarsest, double coherence_share,
                           const MultiLevelOptions& options) {
   const double first = options.first_coherence.value_or(kFirstCoherence);
@@ -69,7 +72,6 @@ double coherence_of_level(std::size_t level, std::size_t coarsest, double cohere
   return first + (coherence_share - first) * ramp;
 }
 
-/// Pixels that look alike, taken over from the coarser level where there are many. @param coarser  Null: the coarsest.
 SimilarPixels similar_of_level(const SourceLevel& source, const SourceLevel* coarser, const SimilarPixels& of_coarser,
                                const RunControl& control) {
   // Larger levels are not searched exhaustively; speed against quality.
@@ -78,14 +80,9 @@ SimilarPixels similar_of_level(const SourceLevel& source, const SourceLevel* coa
   return is_searched ? find_similar_pixels(source, control) : refine_similar_pixels(of_coarser, *coarser, source);
 }
 
-/// Stream of random numbers of a pass.
 std::uint32_t stream_of(std::size_t level, int pass) {
   return static_cast<std::uint32_t>(200 + 32 * level + static_cast<std::size_t>(pass));
 }
-
-}  // namespace
-
-using search_kernel::Preferences;
 
 Preferences preferences_of(const MultiLevelOptions& o) {
   constexpr double kAmounts = 2.0;  // Weight of amounts, in units of kOne.
@@ -97,7 +94,8 @@ Preferences preferences_of(const MultiLevelOptions& o) {
 }
 
 Improver::Improver(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar,
-                   const EnergyScale& scale, int num_random, std::uint64_t seed, const SearchDevice* device)
+                   const EnergyScale& scale, int num_random, std::uint64_t seed, const SearchDevice* device,
+                   const SearchedPart* part)
     : level_(level),
       map_(*level.destination.map),
       neighborhood_(neighborhood),
@@ -106,7 +104,8 @@ Improver::Improver(const SynthesisLevel& level, const Neighborhood& neighborhood
       num_random_(num_random),
       seed_(seed),
       device_(device),
-      amounts_(level.source),
+      texels_(part == nullptr ? level.destination.texels : part->texels),
+      amounts_(part == nullptr ? Amounts(level.source) : part->amounts),
       squares_x_((map_.width() + kSquare - 1) / kSquare),
       squares_(find_squares()),
       changed_near_(static_cast<std::size_t>(map_.num_texels())) {}
@@ -114,8 +113,7 @@ Improver::Improver(const SynthesisLevel& level, const Neighborhood& neighborhood
 std::vector<int> Improver::find_squares() const {
   const int num_squares = squares_x_ * ((map_.height() + kSquare - 1) / kSquare);
   std::vector<std::uint8_t> is_there(static_cast<std::size_t>(num_squares), 0);
-  for (const TexelId t : level_.destination.texels)
-    is_there[t / map_.width() / kSquare * squares_x_ + t % map_.width() / kSquare] = 1;
+  for (const TexelId t : texels_) is_there[t / map_.width() / kSquare * squares_x_ + t % map_.width() / kSquare] = 1;
   std::vector<int> squares;
   for (int i = 0; i < num_squares; ++i) {
     if (is_there[i] != 0) squares.push_back(i);
@@ -129,9 +127,12 @@ PlaceCounts Improver::count(const PlaceMap& places, const RunControl& control) c
 
 void Improver::pass(const Preferences& preferences, bool is_whole, std::uint32_t stream, const PlaceCounts& counts,
                     PlaceMap& places, const RunControl& control) {
-  const std::vector<std::uint8_t> reuse =
-      preferences.penalty > 0 ? reuse_of(level_.source, counts) : std::vector<std::uint8_t>();
-  if (preferences.amounts > 0) amounts_.set(counts.amounts);
+  if (!counts.uses.empty()) {
+    reuse_ = reuse_of(level_.source, counts);
+    amounts_.set(counts.amounts);
+  }
+  const std::span<const std::uint8_t> reuse =
+      preferences.penalty > 0 ? std::span<const std::uint8_t>(reuse_) : std::span<const std::uint8_t>();
   const DevicePass device_pass{.factors = preferences,
                                .reuse = reuse,
                                .looks = amounts_.looks(),
@@ -211,7 +212,7 @@ void Improver::for_each_due(int square, int set, bool is_whole, const Visit& vis
   for (int y = y0 + set / 2; y < std::min(y0 + kSquare, map_.height()); y += 2) {
     for (int x = x0 + set % 2; x < std::min(x0 + kSquare, map_.width()); x += 2) {
       const TexelId t = TexelId{y} * map_.width() + x;
-      if (map_.is_covered(t) && search_kernel::is_due(changed_near_[t], turn_, is_whole))
+      if (texels_.contains(t) && search_kernel::is_due(changed_near_[t], turn_, is_whole))
         visit(t, static_cast<std::uint16_t>((y - y0) * kSquare + x - x0));
     }
   }

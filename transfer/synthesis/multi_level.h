@@ -30,13 +30,20 @@ struct PlaceCounts {
   Amounts::Counts amounts;
 };
 
+/// A part of a level that is searched, while the rest stays as it is.
+struct SearchedPart {
+  const TexelSet& texels;
+  const Amounts& amounts;  ///< Of the level's source: they take longer to make than a small part to search.
+};
+
 /// Improves the places on one level, pass by pass. The atlas is worked on in squares: what lies together on the surface
 /// is together in memory.
 class Improver {
  public:
-  /// @param device  Runs the passes; may be null.
+  /// @param device  Runs the passes over whole levels; may be null. @param part  Null: the whole level.
   Improver(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar,
-           const EnergyScale& scale, int num_random, std::uint64_t seed, const SearchDevice* device);
+           const EnergyScale& scale, int num_random, std::uint64_t seed, const SearchDevice* device,
+           const SearchedPart* part = nullptr);
 
   /// false: there is none, or it has failed.
   [[nodiscard]] bool has_device() const { return device_ != nullptr; }
@@ -45,7 +52,7 @@ class Improver {
   /// Four interleaved sets, each decided from the state before it. A texel near which nothing has changed since its
   /// last turn is skipped.
   /// @param is_whole  Every texel has its turn; the first pass is whole.
-  /// @param counts    Of the level before the pass; looked at where the preferences do.
+  /// @param counts    Of the level before the pass; looked at where the preferences do. Empty: as for the pass before.
   void pass(const search_kernel::Preferences& preferences, bool is_whole, std::uint32_t stream,
             const PlaceCounts& counts, PlaceMap& places, const RunControl& control);
 
@@ -84,7 +91,9 @@ class Improver {
   std::uint64_t seed_;
   const SearchDevice* device_;  ///< Null from when it has failed.
   std::unique_ptr<SearchDevice::Level> on_device_;
+  const TexelSet& texels_;
   Amounts amounts_;
+  std::vector<std::uint8_t> reuse_;  ///< By pixel.
   int squares_x_;
   std::vector<int> squares_;
   ZeroedVector<std::uint8_t> changed_near_;  ///< The last turn in which this texel or one beside it changed.
@@ -93,6 +102,15 @@ class Improver {
 
 /// Where texels are large the control decides, where they are small the texture.
 inline constexpr double kFirstCoherence = 0.2;
+
+/// Rises from the coarsest level to the finest.
+[[nodiscard]] double coherence_of_level(std::size_t level, std::size_t coarsest, double coherence_share,
+                                        const MultiLevelOptions& options);
+/// Pixels that look alike, taken over from the coarser level where there are many. @param coarser  Null: the coarsest.
+[[nodiscard]] SimilarPixels similar_of_level(const SourceLevel& source, const SourceLevel* coarser,
+                                             const SimilarPixels& of_coarser, const RunControl& control);
+/// Stream of random numbers of a pass.
+[[nodiscard]] std::uint32_t stream_of(std::size_t level, int pass);
 
 /// Refinement of a level's places after its passes.
 struct LevelRefinement {

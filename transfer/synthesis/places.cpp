@@ -39,64 +39,139 @@ TexelId parent_of(const TexelMap& fine, const TexelMap& coarse, const PlaceMap& 
   return nearest;
 }
 
+/// Where a fine texel lies in its parent, by the fine level's pixels. One for each thread.
+class StepsInParent {
+ public:
+  StepsInParent(const SynthesisLevel& fine, const SynthesisLevel& coarse)
+      : fine_(fine), coarse_(coarse), turns_(fine.destination.placement.turns.get()) {}
+
+  /// Looks up the triangles that both are in.
+  void visit(TexelId texel, TexelId parent) {
+    const int triangle = fine_.destination.map->triangle(texel);
+    if (triangle != triangle_) {
+      triangle_ = triangle;
+      half_step_ = fine_.destination.neighbors->pixels_per_texel(triangle) * (0.5 * static_cast<double>(kPlaceUnit));
+    }
+    turn_ = turns_ == nullptr ? Turn{0} : turns_->between(coarse_.destination.map->triangle(parent), triangle);
+    const std::int64_t width = fine_.destination.map->width(), coarse_width = coarse_.destination.map->width();
+    // Middles of pixels are whole numbers, so that a coarse pixel's middle lies half a fine pixel beside one.
+    beside_ = half_step_ * Vec2(static_cast<double>(2 * (texel % width - 2 * (parent % coarse_width)) - 1),
+                                static_cast<double>(2 * (texel / width - 2 * (parent / coarse_width)) - 1));
+  }
+  /// The texel's place by its parent's.
+  [[nodiscard]] Place below(const Place& parent) const {
+    const Turn turn = sum_of(parent.turn, turn_);
+    const FixedPoint step = this->step(turn);
+    const auto doubled = [&](std::int32_t along) {
+      return 2 * (along - coarse_.source.margin_px * kPlaceUnit) + kPlaceUnit / 2 + fine_.source.margin_px * kPlaceUnit;
+    };
+    return place_at(fine_.source, {doubled(parent.point.x) + step.x, doubled(parent.point.y) + step.y}, turn);
+  }
+  /// The parent's place by the texel's.
+  [[nodiscard]] Place above(const Place& texel) const {
+    const FixedPoint step = this->step(texel.turn);
+    const auto halved = [&](std::int32_t along) {
+      return ((along - kPlaceUnit / 2 - fine_.source.margin_px * kPlaceUnit) >> 1) +
+             coarse_.source.margin_px * kPlaceUnit;
+    };
+    return place_at(coarse_.source, {halved(texel.point.x - step.x), halved(texel.point.y - step.y)},
+                    difference_of(texel.turn, turn_));
+  }
+
+ private:
+  [[nodiscard]] FixedPoint step(Turn turn) const {
+    return turned({rounded_to_step(beside_.x()), rounded_to_step(beside_.y())}, turn);
+  }
+
+  const SynthesisLevel &fine_, &coarse_;
+  const FrameTurns* turns_;
+  int triangle_ = -1;
+  Eigen::Matrix2d half_step_ = Eigen::Matrix2d::Zero();  ///< Half step of half a fine texel.
+  Vec2 beside_{0.0, 0.0};
+  Turn turn_ = 0;  ///< Between the frames of both.
+};
+
+/// The first covered texel that lies in a coarse one and has a place, one of its chart before others; -1 if there is
+/// none.
+TexelId child_of(const TexelMap& fine, const TexelMap& coarse, const PlaceMap& places, TexelId t) {
+  const auto x = static_cast<int>(t % coarse.width()), y = static_cast<int>(t / coarse.width());
+  TexelId first = -1;
+  for (int dy = 0; dy < 2; ++dy) {
+    for (int dx = 0; dx < 2; ++dx) {
+      if (!fine.rect().contains(2 * x + dx, 2 * y + dy)) continue;
+      const TexelId child = TexelId{2 * y + dy} * fine.width() + 2 * x + dx;
+      if (!fine.is_covered(child) || places.pixels[child] < 0) continue;
+      if (fine.chart(child) == coarse.chart(t)) return child;
+      if (first < 0) first = child;
+    }
+  }
+  return first;
+}
+
+/// Calls visit(texel) for some texels, in chunks. @param start  Makes what a thread visits with.
+template <class Start>
+void for_texels(const TexelSet& texels, const RunControl& control, const Start& start) {
+  parallel_for(static_cast<std::int64_t>(texels.size()), kPlaceChunk, control,
+               [&](std::int64_t begin, std::int64_t end) {
+                 auto visit = start();
+                 auto at = texels.from(static_cast<std::size_t>(begin));
+                 for (std::int64_t i = begin; i < end; ++i, ++at) visit(*at);
+               });
+}
+
 }  // namespace
 
+void set_initial_places(const SynthesisLevel& level, const TexelSet& texels, std::uint64_t seed, PlaceMap& places,
+                        const RunControl& control) {
+  for_texels(texels, control, [&] {
+    return [&](TexelId t) {
+      RandomStream random(seed, static_cast<std::uint64_t>(t), 100);
+      const auto similar = level.source.similar(level.destination.target(t), kSimilarTolerance);
+      places.set(t, place_of(level.source, similar[random.below(static_cast<std::uint32_t>(similar.size()))]));
+    };
+  });
+}
+
 PlaceMap initial_places(const SynthesisLevel& level, std::uint64_t seed, const RunControl& control) {
-  const DestinationLevel& destination = level.destination;
-  PlaceMap places(destination.map->num_texels(), level.source.width());
-  parallel_for(static_cast<std::int64_t>(destination.texels.size()), kPlaceChunk, control,
-               [&](std::int64_t begin, std::int64_t end) {
-                 auto at = destination.texels.from(static_cast<std::size_t>(begin));
-                 for (std::int64_t i = begin; i < end; ++i, ++at) {
-                   const TexelId t = *at;
-                   RandomStream random(seed, static_cast<std::uint64_t>(t), 100);
-                   const auto similar = level.source.similar(destination.target(t), kSimilarTolerance);
-                   places.set(
-                       t, place_of(level.source, similar[random.below(static_cast<std::uint32_t>(similar.size()))]));
-                 }
-               });
+  PlaceMap places(level.destination.map->num_texels(), level.source.width());
+  set_initial_places(level, level.destination.texels, seed, places, control);
   return places;
+}
+
+void upsample_texels(const PlaceMap& coarse, const SynthesisLevel& coarse_level, const SynthesisLevel& fine_level,
+                     const TexelSet& texels, PlaceMap& fine, const RunControl& control) {
+  const TexelMap &fine_map = *fine_level.destination.map, &coarse_map = *coarse_level.destination.map;
+  for_texels(texels, control, [&] {
+    return [&, steps = StepsInParent(fine_level, coarse_level)](TexelId t) mutable {
+      const TexelId above = parent_of(fine_map, coarse_map, coarse, t);
+      if (above < 0) return;
+      steps.visit(t, above);
+      const Place place = steps.below(coarse.at(above));
+      if (place.pixel >= 0) fine.set(t, place);
+    };
+  });
 }
 
 PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level, const SynthesisLevel& fine_level,
                   std::uint64_t seed, const RunControl& control) {
   PlaceMap fine = initial_places(fine_level, seed, control);
-  const FrameTurns* const frame_turns = fine_level.destination.placement.turns.get();
-  if (frame_turns != nullptr) fine.keep_turns();
-  const TexelMap &fine_map = *fine_level.destination.map, &coarse_map = *coarse_level.destination.map;
-  const auto place_some = [&](std::int64_t begin, std::int64_t end) {
-    Eigen::Matrix2d half_step = Eigen::Matrix2d::Zero();  // Half step of half a fine texel.
-    int triangle = -1;
-    auto at = fine_level.destination.texels.from(static_cast<std::size_t>(begin));
-    for (std::int64_t i = begin; i < end; ++i, ++at) {
-      const TexelId t = *at;
-      const int x = static_cast<int>(t % fine_map.width()), y = static_cast<int>(t / fine_map.width());
-      const TexelId above = parent_of(fine_map, coarse_map, coarse, t);
-      if (above < 0) continue;
-      const int px = static_cast<int>(above % coarse_map.width()), py = static_cast<int>(above / coarse_map.width());
-      const Place parent = coarse.at(above);
-      if (fine_map.triangle(t) != triangle) {
-        triangle = fine_map.triangle(t);
-        half_step =
-            fine_level.destination.neighbors->pixels_per_texel(triangle) * (0.5 * static_cast<double>(kPlaceUnit));
-      }
-      // Middles of pixels are whole numbers, so that a coarse pixel's middle lies half a fine pixel beside one.
-      const Vec2 beside = half_step * Vec2(2 * (x - 2 * px) - 1, 2 * (y - 2 * py) - 1);
-      const Turn turn = frame_turns == nullptr
-                            ? Turn{0}
-                            : sum_of(parent.turn, frame_turns->between(coarse_map.triangle(above), triangle));
-      const FixedPoint step = turned({rounded_to_step(beside.x()), rounded_to_step(beside.y())}, turn);
-      const auto doubled = [&](std::int32_t along) {
-        return 2 * (along - coarse_level.source.margin_px * kPlaceUnit) + kPlaceUnit / 2 +
-               fine_level.source.margin_px * kPlaceUnit;
-      };
-      const Place place =
-          place_at(fine_level.source, {doubled(parent.point.x) + step.x, doubled(parent.point.y) + step.y}, turn);
-      if (place.pixel >= 0) fine.set(t, place);
-    }
-  };
-  parallel_for(static_cast<std::int64_t>(fine_level.destination.texels.size()), kPlaceChunk, control, place_some);
+  if (fine_level.destination.placement.turns != nullptr) fine.keep_turns();
+  upsample_texels(coarse, coarse_level, fine_level, fine_level.destination.texels, fine, control);
   return fine;
+}
+
+void downsample_texels(const PlaceMap& fine, const SynthesisLevel& fine_level, const SynthesisLevel& coarse_level,
+                       const TexelSet& texels, PlaceMap& coarse, const RunControl& control) {
+  const TexelMap &fine_map = *fine_level.destination.map, &coarse_map = *coarse_level.destination.map;
+  for_texels(texels, control, [&] {
+    return [&, steps = StepsInParent(fine_level, coarse_level)](TexelId t) mutable {
+      const TexelId child = child_of(fine_map, coarse_map, fine, t);
+      if (child < 0) return;
+      steps.visit(child, t);
+      const Place place = steps.above(fine.at(child));
+      if (place.pixel >= 0) coarse.set(t, place);
+    };
+  });
 }
 
 }  // namespace patinate::transfer

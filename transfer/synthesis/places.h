@@ -105,11 +105,22 @@ inline constexpr int kSimilarTolerance = kControlSteps / 50;  ///< How near "sim
 
 /// Every covered texel gets a source pixel of similar control value.
 [[nodiscard]] PlaceMap initial_places(const SynthesisLevel& level, std::uint64_t seed, const RunControl& control = {});
+/// The same for some texels of a map that is there. @param seed  A texel's pixel depends on it and the texel alone.
+void set_initial_places(const SynthesisLevel& level, const TexelSet& texels, std::uint64_t seed, PlaceMap& places,
+                        const RunControl& control = {});
 
 /// Doubles places: a fine texel's place lies in its parent's as the texel lies in its parent on the surface, turned as
 /// the parent's is. Texels
 /// whose parent is not covered or leads outside take a pixel of similar control value.
 [[nodiscard]] PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level,
                                 const SynthesisLevel& fine_level, std::uint64_t seed, const RunControl& control = {});
+/// The same for some texels of a map that is there, which have initial places: those without a parent keep them.
+void upsample_texels(const PlaceMap& coarse, const SynthesisLevel& coarse_level, const SynthesisLevel& fine_level,
+                     const TexelSet& texels, PlaceMap& fine, const RunControl& control = {});
+
+/// Halves places, as upsample() doubles them: a coarse texel lies where it has to for its first covered child to get
+/// its place. Texels without a child, or whose place cannot be copied on the coarse level, keep theirs.
+void downsample_texels(const PlaceMap& fine, const SynthesisLevel& fine_level, const SynthesisLevel& coarse_level,
+                       const TexelSet& texels, PlaceMap& coarse, const RunControl& control = {});
 
 }  // namespace patinate::transfer

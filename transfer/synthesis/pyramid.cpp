@@ -48,6 +48,15 @@ SourcePlace to_full_size(const SourcePlace& place, int coarse_width, int halving
   return {whole_pixels(point.y) * full_width + whole_pixels(point.x), beside.x, beside.y, place.turn};
 }
 
+SourcePlace from_full_size(const SourcePlace& place, int coarse_width, int halvings, int full_width) {
+  if (halvings == 0 || place.pixel < 0) return place;
+  const std::int32_t middle = PixelNeighbor::kOne << (halvings - 1);
+  const FixedPoint point{(place.pixel % full_width * PixelNeighbor::kOne + place.beside_x - middle) >> halvings,
+                         (place.pixel / full_width * PixelNeighbor::kOne + place.beside_y - middle) >> halvings};
+  const PlaceMap::Beside beside = PlaceMap::beside_of({0, point});
+  return {whole_pixels(point.y) * coarse_width + whole_pixels(point.x), beside.x, beside.y, place.turn};
+}
+
 void for_each_uncovered(const TexelMap& coarse, const TexelMap& fine, const TexelRect& part,
                         const std::function<void(int x, int y, TexelId fine)>& fill, const RunControl& control) {
   for (int y = part.y0; y < part.y1; ++y) {

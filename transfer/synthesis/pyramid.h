@@ -41,5 +41,7 @@ void append_levels(std::vector<SynthesisLevel>& levels, const AppearanceSpace& a
 [[nodiscard]] std::int32_t to_full_size(std::int32_t pixel, int coarse_width, int halvings, int full_width);
 /// Keeps the fraction beside the middle, too.
 [[nodiscard]] SourcePlace to_full_size(const SourcePlace& place, int coarse_width, int halvings, int full_width);
+/// The place on a halved level that to_full_size() makes this place of.
+[[nodiscard]] SourcePlace from_full_size(const SourcePlace& place, int coarse_width, int halvings, int full_width);
 
 }  // namespace patinate::transfer

@@ -45,24 +45,23 @@ BlockCosts::BlockCosts(const DestinationLevel& destination, const TexelNeighborh
       columns_(num_blocks(map_.width())),
       rows_(num_blocks(map_.height())),
       costs_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)),
-      num_covered_(costs_.size()) {
-  for (TexelId t = 0; t < map_.num_texels(); ++t) {
-    const auto x = static_cast<int>(t % map_.width()), y = static_cast<int>(t / map_.width());
-    if (map_.is_covered(t)) ++num_covered_[std::int64_t{y / kBlock} * columns_ + x / kBlock];
-  }
-}
+      num_texels_(costs_.size()) {}
 
-void BlockCosts::measure(const PlaceMap& places, const RunControl& control) {
+void BlockCosts::measure(const TexelSet& texels, const PlaceMap& places, const RunControl& control) {
   parallel_for(rows_, 1, control, [&](std::int64_t begin, std::int64_t end) {
     TexelNeighborhood::Cursor cursor(beside_);
     for (std::int64_t row = begin; row < end; ++row) {
       std::int64_t* const first = costs_.data() + row * columns_;
       std::fill(first, first + columns_, 0);
+      std::int32_t* const counts = num_texels_.data() + row * columns_;
+      std::fill(counts, counts + columns_, 0);
       const int y0 = static_cast<int>(row) * kBlock;
       for (int y = y0; y < std::min(y0 + kBlock, map_.height()); ++y) {
         for (int x = 0; x < map_.width(); ++x) {
           const TexelId t = TexelId{y} * map_.width() + x;
-          if (map_.is_covered(t)) first[x / kBlock] += texel_cost(t, cursor, places);
+          if (!texels.contains(t)) continue;
+          first[x / kBlock] += texel_cost(t, cursor, places);
+          ++counts[x / kBlock];
         }
       }
     }
@@ -77,7 +76,7 @@ BlockCosts::Sum BlockCosts::around(std::size_t block) const {
       if (x + dx < 0 || x + dx >= columns_ || y + dy < 0 || y + dy >= rows_) continue;
       const std::int64_t beside = std::int64_t{y + dy} * columns_ + x + dx;
       sum.cost += costs_[beside];
-      sum.num_covered += num_covered_[beside];
+      sum.num_texels += num_texels_[beside];
     }
   }
   return sum;
@@ -114,8 +113,9 @@ std::int64_t BlockCosts::texel_cost(TexelId t, TexelNeighborhood::Cursor& cursor
 
 LevelRefiner::LevelRefiner(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,
                            std::span<const double> control_weights, std::uint64_t seed,
-                           const RefinementOptions& options, const RunControl& control)
+                           const RefinementOptions& options, const TexelSet& texels, const RunControl& control)
     : level_(level),
+      texels_(texels),
       has_structure_(!structure.empty()),
       beside_(*level.destination.map, {}, level.destination.placement.frames, level.destination.placement.pixel_mm,
               control),
@@ -140,10 +140,13 @@ LevelRefiner::LevelRefiner(const SynthesisLevel& level, const SourceStructure& s
 void LevelRefiner::round(int index, PlaceMap& places, const RunControl& control) {
   amounts_.measure(level_.destination, places, control);
   if (!has_structure_) nearby_.measure(places, control);
-  costs_.measure(places, control);
+  costs_.measure(texels_, places, control);
   const std::vector<Wish> wishes = find_wishes();
   for (int& p : patience_) p += (kPatient - p) / 8;
   std::fill(is_taken_.begin(), is_taken_.end(), std::uint8_t{0});
+  if (texels_.size() < level_.destination.texels.size()) {  // What must stay is as if a window beside had seen it.
+    for (const TexelId t : level_.destination.texels) is_taken_[t] = texels_.contains(t) ? std::uint8_t{0} : kBeside;
+  }
 
   PatchFinder finder(*level_.destination.map, beside_, level_.destination.placement.turns.get());
   std::span<const Wish> rest = wishes;
@@ -176,7 +179,7 @@ std::vector<LevelRefiner::Wish> LevelRefiner::find_wishes() const {
   std::vector<Wish> wishes;
   for (std::size_t b = 0; b < costs_.size(); ++b) {
     const BlockCosts::Sum around = costs_.around(b);
-    if (around.cost > kMinTexelCost * around.num_covered) wishes.push_back({around.cost * patience_[b], b});
+    if (around.cost > kMinTexelCost * around.num_texels) wishes.push_back({around.cost * patience_[b], b});
   }
   std::stable_sort(wishes.begin(), wishes.end(), [](const Wish& a, const Wish& b) { return a.priority > b.priority; });
   return wishes;
@@ -200,7 +203,7 @@ std::vector<LevelRefiner::Window> LevelRefiner::choose_windows(int index, std::s
     if (room < kSmallestHalf_px / 2) continue;
     if (room < patch.half_px) finder.find_texels(center, room, patch);
     finder.find_edges(patch);
-    if (sees_a_member(patch)) continue;
+    if (sees_a_member(patch) || holds_what_stays(patch)) continue;
     take(patch);
     num_texels += patch.texels.size();
     windows.push_back({.block = wish.block, .patch = std::move(patch)});
@@ -222,6 +225,12 @@ bool LevelRefiner::sees_a_member(const SurfacePatch& patch) const {
                      [&](const PatchEdge& e) { return e.outside >= 0 && is_taken_[e.outside] == kMember; });
 }
 
+bool LevelRefiner::holds_what_stays(const SurfacePatch& patch) const {
+  return texels_.size() < level_.destination.texels.size() &&
+         std::any_of(patch.texels.begin(), patch.texels.end(),
+                     [&](const PatchTexel& t) { return !texels_.contains(t.texel); });
+}
+
 void LevelRefiner::take(const SurfacePatch& patch) {
   for (const PatchEdge& e : patch.edges) {
     if (e.outside >= 0) is_taken_[e.outside] = kBeside;
@@ -230,11 +239,11 @@ void LevelRefiner::take(const SurfacePatch& patch) {
 }
 
 void smooth_places(const SynthesisLevel& level, const TexelNeighborhood& beside, int num_sweeps, PlaceMap& places,
-                   const RunControl& control) {
+                   const RunControl& control, const TexelSet* region) {
   // Half a pixel: the next texel's source continues this one's.
   constexpr std::int32_t kSamePiece = PixelNeighbor::kOne / 2;
   constexpr std::int64_t kSmoothChunk = 16384;
-  const TexelSet& texels = level.destination.texels;
+  const TexelSet& texels = region == nullptr ? level.destination.texels : *region;
   const FrameTurns* const turns = level.destination.placement.turns.get();
   const TexelMap& map = *level.destination.map;
   std::vector<Place> next(texels.size());
@@ -274,14 +283,15 @@ void smooth_places(const SynthesisLevel& level, const TexelNeighborhood& beside,
 
 void refine_places(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,
                    std::span<const double> control_weights, std::uint64_t seed, const RefinementOptions& options,
-                   PlaceMap& places, const RunControl& control) {
+                   PlaceMap& places, const RunControl& control, const TexelSet* region) {
   const RunControl silent = control.silent();
-  LevelRefiner refiner(level, structure, similar, control_weights, seed, options, silent);
+  LevelRefiner refiner(level, structure, similar, control_weights, seed, options,
+                       region == nullptr ? level.destination.texels : *region, silent);
   for (int round = 0; round < options.num_rounds; ++round) {
     refiner.round(round, places, silent);
     control.report(static_cast<double>(round + 1) / options.num_rounds);
   }
-  smooth_places(level, refiner.beside(), kNumSweeps, places, silent);
+  smooth_places(level, refiner.beside(), kNumSweeps, places, silent, region);
 }
 
 }  // namespace patinate::transfer

@@ -26,10 +26,10 @@ class BlockCosts {
   BlockCosts(const DestinationLevel& destination, const TexelNeighborhood& beside, const SeamFeatures& features);
 
   [[nodiscard]] std::size_t size() const { return costs_.size(); }
-  /// Measures the cost of the pairs of texels in each block.
-  void measure(const PlaceMap& places, const RunControl& control);
+  /// Measures the cost of the pairs of texels in each block. @param texels  Those that count.
+  void measure(const TexelSet& texels, const PlaceMap& places, const RunControl& control);
   struct Sum {
-    std::int64_t cost = 0, num_covered = 0;  ///< Covered texels.
+    std::int64_t cost = 0, num_texels = 0;  ///< Texels that count.
   };
   /// Of the 3 x 3 blocks around one.
   [[nodiscard]] Sum around(std::size_t block) const;
@@ -45,7 +45,7 @@ class BlockCosts {
   const SeamFeatures& features_;
   int columns_, rows_;
   std::vector<std::int64_t> costs_;
-  std::vector<std::int32_t> num_covered_;  ///< By block.
+  std::vector<std::int32_t> num_texels_;  ///< By block.
 };
 
 struct RefinementOptions {
@@ -56,10 +56,11 @@ struct RefinementOptions {
 /// Refines the borders of a level, round by round.
 class LevelRefiner {
  public:
-  /// All must outlive this. @param structure  Of the level's source, without its margin.
+  /// All must outlive this. @param structure  Of the level's source, without its margin. @param texels  That may be
+  /// moved.
   LevelRefiner(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,
                std::span<const double> control_weights, std::uint64_t seed, const RefinementOptions& options,
-               const RunControl& control);
+               const TexelSet& texels, const RunControl& control);
   LevelRefiner(const LevelRefiner&) = delete;
   LevelRefiner& operator=(const LevelRefiner&) = delete;
 
@@ -96,10 +97,13 @@ class LevelRefiner {
   [[nodiscard]] int room_px(const SurfacePatch& patch) const;
   /// Over seams a texel may see one that does not see it.
   [[nodiscard]] bool sees_a_member(const SurfacePatch& patch) const;
+  /// A smaller patch lies a little differently, and may again hold a texel that must not be moved.
+  [[nodiscard]] bool holds_what_stays(const SurfacePatch& patch) const;
   /// With the texels beside it: they are held fixed.
   void take(const SurfacePatch& patch);
 
   const SynthesisLevel& level_;
+  const TexelSet& texels_;
   bool has_structure_;
   TexelNeighborhood beside_;
   SeamFeatures features_;
@@ -117,8 +121,9 @@ class LevelRefiner {
 /// Spreads what pieces are sheared by: a place becomes the mean of where it lies and where its neighbors of the same
 /// piece would have it, sweep by sweep, each from the state before it. A seam is free up to half a pixel, so that
 /// fractions creep in a few steps and lines there have kinks. Pieces that lie on whole pixels stay there.
+/// @param region  Texels that are moved; null: all.
 void smooth_places(const SynthesisLevel& level, const TexelNeighborhood& beside, int num_sweeps, PlaceMap& places,
-                   const RunControl& control = {});
+                   const RunControl& control = {}, const TexelSet* region = nullptr);
 
 /// Lowers the sum of seam costs (seam_cost.h), of control mismatch, and of what is there too often (amounts.h, counted
 /// before each round), window by window where borders cost most (patch_cut.h). Every round chooses windows that do not
@@ -127,8 +132,9 @@ void smooth_places(const SynthesisLevel& level, const TexelNeighborhood& beside,
 /// 2003, "Graphcut textures"; Pritch, Kav-Venaki and Peleg 2009, "Shift-map image editing"]
 /// @param structure  Of the level's source, without its margin.
 /// @param places     What is refined.
+/// @param region     Texels that are moved, windows lie inside of it; null: all.
 void refine_places(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,
                    std::span<const double> control_weights, std::uint64_t seed, const RefinementOptions& options,
-                   PlaceMap& places, const RunControl& control = {});
+                   PlaceMap& places, const RunControl& control = {}, const TexelSet* region = nullptr);
 
 }  // namespace patinate::transfer

@@ -39,6 +39,11 @@ int cmd_transfer(CommandRun& run) {
       "(along tubes and ridges), uv (as each chart lies), "
       "or a CSV of curves (x,y,z in mm, an empty line ends one) that their down follows",
       request.flow);
+  run.line.option(
+      "edits", "FILE",
+      "Edits of the finished transfer, in order: strokes that paint its control, as `patinate studio` saves "
+      "them (`patinate help --schema edits`)",
+      request.edits);
   run.line.former_flag("by_tile", "is not needed any more; a transfer takes 23 to 35 bytes a texel of the atlas");
   run.line.options(request.transfer);
   run.line.options(request.cache);
@@ -50,16 +55,19 @@ int cmd_transfer(CommandRun& run) {
   run.line.example("transfer library bust.glb --control thickness=accessibility --control history=which.png -o aged");
   run.line.example(
       "transfer crackle vase.obj --unit mm --control 'thickness=0.7*facing + 0.3*!accessibility' -o crackle_vase");
+  run.line.example("transfer crackle vase.obj --control thickness=facing --edits strokes.json -o painted");
   run.line.checked([&] { app::check_request(request); });
   if (!run.parse()) return 0;
   app::require_no_file_name(output);  // Said before the mesh and its controls are made ready.
   request.is_resolution_given = run.line.is_given("resolution");
   request.transfer.seed = run.line.common().seed;
+  transfer::TransferEdits edits = app::requested_edits(request);
   transfer::TransferTask task = app::transfer_task(request, words_of(run));
   refer_to_history_warnings(run, task.history->label(), task.history->facts().warnings);
   const auto forecast = transfer::forecast_transfer(task.input, request.transfer.neighborhood_radius_px);
   for (const std::string& warning : transfer::warnings_of(forecast)) run.warn(warning);
-  const std::optional<JobStatus> status = run.make_folder(transfer::plan_transfer(std::move(task), output), "transfer");
+  const std::optional<JobStatus> status =
+      run.make_folder(transfer::plan_transfer(std::move(task), output, std::move(edits)), "transfer");
   if (!status) return 0;
   const transfer::TransferManifest made = transfer::read_transfer_manifest(output);
   for (const std::string& note : app::transfer_notes(made, request.transfer)) run.note(note);

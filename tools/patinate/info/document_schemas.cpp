@@ -11,6 +11,7 @@
 #include "patinate/core/error.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/plan_file.h"
+#include "transfer/files/transfer_edits.h"
 #include "transfer/files/transfer_files.h"
 
 namespace patinate::cli {
@@ -23,6 +24,7 @@ struct NamedSchema {
 };
 constexpr std::array kSchemas{NamedSchema{"card", history_card_schema},
                               NamedSchema{"compare", analysis::compare_schema},
+                              NamedSchema{"edits", transfer::edits_schema},
                               NamedSchema{"evaluation", analysis::evaluation_schema},
                               NamedSchema{"explanation", analysis::explanation_schema},
                               NamedSchema{"factorization", analysis::factorization_schema},

@@ -86,6 +86,7 @@ struct TransferManifest {
   std::string flow = "uv";     ///< What the history's direction on the surface was made from.
   std::vector<RecordedControl> controls;
   std::optional<std::filesystem::path> source_mask;  ///< What may be copied, beside the history's own mask.
+  std::optional<std::filesystem::path> edits;        ///< Edits that were applied afterwards.
   std::optional<std::string> unit;
   double mm_per_mesh_unit = 1.0;
   EnergyReport energy;

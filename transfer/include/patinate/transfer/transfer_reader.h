@@ -70,8 +70,10 @@ class TransferReader {
   /// first asked for.
   [[nodiscard]] const PackedPlaces& filled_places() const;
   [[nodiscard]] ImageU8 coverage() const;
+  /// The control that the transfer was given, over the sheet.
+  [[nodiscard]] TransferControl control(std::size_t index) const;
   /// The control that the transfer was asked to follow, over the sheet, H x W x 1, in the values of the history's
-  /// control (match_controls()). (rest unchanged)
+  /// control (match_controls()), as edits have painted it. (rest unchanged)
   [[nodiscard]] ImageF matched_control(std::size_t index) const;
   /// The history's pixels that could be copied: its mask and the one that was given (usable_mask()).
   [[nodiscard]] ImageU8 source_mask() const;

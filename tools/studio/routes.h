@@ -9,6 +9,7 @@
 #include "patinate/core/run_control.h"
 #include "tools/studio/http.h"
 #include "tools/studio/live_scene.h"
+#include "tools/studio/painted_transfer.h"
 #include "tools/studio/place.h"
 #include "tools/studio/served_folder.h"
 #include "tools/studio/surface_in_time.h"
@@ -32,6 +33,7 @@ struct Asked {
   const ServedFolder& folder;
   OpenedPlaces& opened;
   LiveScenes& live;
+  PaintedTransfers& painted;
   const RequestTarget& target;
   RunControl control;
 
@@ -69,6 +71,9 @@ struct Asked {
 [[nodiscard]] HttpResponse answer_begin(const Asked& asked);
 /// Writes a scene file beside a mesh that ages it. @throws InvalidInput, IoError, CannotComplete
 [[nodiscard]] HttpResponse begin_scene(const Asked& asked, const std::string& body);
+
+/// Paints the control of a transfer. @throws InvalidInput, IoError, CannotComplete, Canceled
+[[nodiscard]] HttpResponse paint_transfer(const Asked& asked, const std::string& body);
 
 /// Answer of `GET /api/place` about a place. @throws IoError
 [[nodiscard]] Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const std::filesystem::path& path,

@@ -44,7 +44,7 @@ class SessionWriter {
   void add(const std::string& url, HttpResponse (*answer)(const Asked& asked)) {
     asked_.control.throw_if_stopped();
     const RequestTarget target = parse_target(url);
-    add(url, answer(Asked{asked_.folder, asked_.opened, asked_.live, target, asked_.control}));
+    add(url, answer(Asked{asked_.folder, asked_.opened, asked_.live, asked_.painted, target, asked_.control}));
   }
   void add(const std::string& url, const HttpResponse& response) {
     Json headers = Json::object();
@@ -113,7 +113,7 @@ std::string make_session(const Asked& asked, const SessionOptions& options) {
     throw CannotComplete("this patinate was built without the studio's pages; install npm, configure and build again");
   const std::string place = percent_encoded(options.place);
   const RequestTarget named{"", {{"place", options.place}}};
-  const Asked at{asked.folder, asked.opened, asked.live, named, asked.control};
+  const Asked at{asked.folder, asked.opened, asked.live, asked.painted, named, asked.control};
   const auto [path, kind] = at.place();
   const std::shared_ptr<const SurfaceInTime> surface = asked.opened.open(path, kind);
   const HistoryManifest& history = surface->history().manifest();

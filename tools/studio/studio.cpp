@@ -142,15 +142,13 @@ struct Studio::Routes {
     HttpResponse (*take)(const Asked& asked, const std::string& body);
   };
   static constexpr std::array kTakers{Taker{"/api/landmarks", save_landmarks}, Taker{kUploadPath, save_mesh},
-                                      Taker{"/api/begin", begin_scene}};
+                                      Taker{"/api/begin", begin_scene}, Taker{"/api/paint", paint_transfer}};
 
   static HttpResponse answer(Studio& studio, const HttpRequest& request, const RequestTarget& target,
                              const std::stop_token& gone) {
-    const Asked asked{studio.folder_,
-                      studio.opened_,
-                      studio.live_,
-                      target,
-                      {.on_progress = {}, .stop = gone, .num_threads = studio.options_.num_threads}};
+    const Asked asked{studio.folder_, studio.opened_,
+                      studio.live_,   studio.painted_,
+                      target,         {.on_progress = {}, .stop = gone, .num_threads = studio.options_.num_threads}};
     if (const StudioAsset* asset = request.method == "GET" ? find_studio_asset(target.path) : nullptr) {
       return {.type = std::string(asset->type), .body = std::string(asset->bytes)};
     }
@@ -192,7 +190,7 @@ HttpResponse Studio::answer(const HttpRequest& request, const std::stop_token& g
 
 std::string Studio::session(const SessionOptions& options, const RunControl& control) {
   const RequestTarget target;
-  return make_session(Asked{folder_, opened_, live_, target, control}, options);
+  return make_session(Asked{folder_, opened_, live_, painted_, target, control}, options);
 }
 
 std::shared_ptr<WebSocketListener> Studio::open(const HttpRequest& request,
@@ -200,7 +198,7 @@ std::shared_ptr<WebSocketListener> Studio::open(const HttpRequest& request,
   try {
     const RequestTarget target = parse_target(request.target);
     if (target.path != "/api/live") throw NotFound("there is nothing at " + target.path);
-    const auto [path, kind] = Asked{folder_, opened_, live_, target, {}}.place();
+    const auto [path, kind] = Asked{folder_, opened_, live_, painted_, target, {}}.place();
     if (!can_run(kind)) throw InvalidInput(kOnlyScenesRun);
     return live_.open(path, kind, peer);
   } catch (const std::exception& e) {

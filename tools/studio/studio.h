@@ -11,6 +11,7 @@
 #include "tools/studio/access.h"
 #include "tools/studio/http.h"
 #include "tools/studio/live_scene.h"
+#include "tools/studio/painted_transfer.h"
 #include "tools/studio/served_folder.h"
 #include "tools/studio/surface_in_time.h"
 
@@ -53,6 +54,7 @@ class Studio {
   Access access_;
   std::function<void()> quit_;
   OpenedPlaces opened_;
+  PaintedTransfers painted_;
   LiveScenes live_;
 };
 

@@ -39,6 +39,9 @@ struct NamedMap {
 enum class SurfaceMap { Color, Base, Orm, Reflectance };
 inline constexpr std::array<std::string_view, 4> kSurfaceMapNames{"color", "base", "orm", "reflectance"};
 
+/// Of Between, as requests name them.
+inline constexpr std::array<std::string_view, 3> kBetweenNames{"blend", "hold", "nearest"};
+
 /// A number of one texel, constant in time.
 struct TexelValue {
   std::string name, unit;

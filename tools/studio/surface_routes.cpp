@@ -1,4 +1,4 @@
-// Color over time: /api/texture, /api/map, /api/curve, /api/mesh.
+// Color over time: /api/texture, /api/map, /api/curve, /api/paint, /api/mesh.
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
@@ -24,7 +24,6 @@ namespace {
 
 constexpr int kMostSide = 65536;
 constexpr double kMaxTime = 1e18;
-constexpr std::array<std::string_view, 3> kBetweenNames{"blend", "hold", "nearest"};
 
 /// Choice from a list; its first where nothing is asked for.
 std::size_t chosen(const Asked& asked, const std::string& what, std::span<const std::string_view> names) {
@@ -136,6 +135,16 @@ HttpResponse answer_curve(const Asked& asked) {
     }
   }
   return json_response(json);
+}
+
+HttpResponse paint_transfer(const Asked& asked, const std::string& body) {
+  const auto [path, kind] = asked.place();
+  if (kind != PlaceKind::Transfer)
+    throw InvalidInput("only transfers are painted; this place is a " +
+                       std::string(kPlaceKindNames[static_cast<std::size_t>(kind)]));
+  const PaintRequest request = parse_paint_request(body);
+  return {.type = "application/octet-stream",
+          .body = asked.painted.open(asked.folder, path, asked.control)->answer(request, asked.control)};
 }
 
 HttpResponse answer_mesh(const Asked& asked) {

@@ -10,6 +10,7 @@ import { has_relief, ReliefPanel } from "../history/relief_panel";
 import { MaterialMaps } from "../history/material_maps";
 import { legend } from "../history/legends";
 import { OverlayPanel } from "../history/overlay_panel";
+import { PaintPanel } from "../history/paint_panel";
 import { Timebar } from "../history/timebar";
 import { Wipe } from "../history/wipe";
 import { color_texture, flat_material, lit_material, SurfaceLook, type Comparison } from "../scene/material";
@@ -38,6 +39,7 @@ export class HistoryView implements View {
   private readonly look = new SurfaceLook();
   private readonly textures: { a?: THREE.DataTexture; b?: THREE.DataTexture } = {};
   private readonly shown: { a?: Texture; b?: Texture } = {};
+  private readonly query: { place: string; size?: number };
   private readonly loader_a: FrameLoader;
   private readonly loader_b: FrameLoader;
   private readonly materials: Record<"a" | "b", MaterialMaps>;
@@ -59,6 +61,8 @@ export class HistoryView implements View {
   private flat: THREE.MeshBasicMaterial;
   private model: THREE.Object3D | undefined;
   private relief: ReliefPanel | undefined;
+  private paint: PaintPanel | undefined;
+  private shown_at = { time: NaN, between: "" };  // Of `shown.a`.
   private is_disposed = false;
 
   constructor(private readonly place: HistoryPlace) {
@@ -70,8 +74,12 @@ export class HistoryView implements View {
     if (!has_mesh) this.lit.roughness = 1;  // No highlights over a picture's own.
     this.flat = flat_material(this.look, this.placeholder);
     const longest = Math.max(place.width, place.height);
-    const query = { place: place.place, ...(longest > kMostSide ? { size: kMostSide } : {}) };
-    this.loader_a = new FrameLoader(query, (texture) => this.show_texture("a", texture), show_error);
+    const query = this.query = { place: place.place, ...(longest > kMostSide ? { size: kMostSide } : {}) };
+    this.loader_a = new FrameLoader(query, (texture, time) => {
+      this.shown_at = { time, between: this.loader_a.between };
+      this.show_texture("a", texture);
+      this.paint?.refresh();
+    }, show_error);
     this.loader_b = new FrameLoader(query, (texture) => this.show_texture("b", texture), show_error);
     const material = (side: "a" | "b"): MaterialMaps => new MaterialMaps(query, place.material ?? [], side, this.look, () => this.viewer.invalidate(), show_error);
     this.materials = { a: material("a"), b: material("b") };
@@ -91,7 +99,7 @@ export class HistoryView implements View {
     this.frame.stage.append(h("div", { class: "legend-area" }, this.legend_box, this.difference_legend));
     this.frame.bar.append(this.timebar.element);
     view_tools(this.viewer, this.frame.tools, this.element);
-    this.viewer.on_click = (hit) => { if (!this.lasso.is_active) this.pick(hit); };
+    this.viewer.on_click = (hit) => { if (!this.lasso.is_active && !this.paint?.is_active) this.pick(hit); };
     this.viewer.after_frame = () => {
       this.pin.place();
       this.names.place();
@@ -112,13 +120,26 @@ export class HistoryView implements View {
       case "1": this.compare_by_key("one"); return true;
       case "2": this.compare_by_key("wipe"); return true;
       case "3": this.compare_by_key("difference"); return true;
-      case "Escape": this.regions.draw(false); return true;
+      case "Escape":
+        this.regions.draw(false);
+        void this.paint?.set_active(false);
+        return true;
+      case "ctrl+z": return this.step("undo");
+      case "ctrl+y":
+      case "ctrl+shift+z": return this.step("redo");
     }
     return false;
   }
 
+  private step(what: "undo" | "redo"): boolean {
+    if (!this.paint?.is_open) return false;
+    void this.paint[what]();
+    return true;
+  }
+
   dispose(): void {
     this.is_disposed = true;
+    this.paint?.dispose();
     this.timebar.pause();
     this.loader_a.dispose();
     this.loader_b.dispose();
@@ -153,10 +174,17 @@ export class HistoryView implements View {
       this.viewer.invalidate();
     }, "Shows the texture as it is");
     if (!is_static() && has_relief(place)) this.relief = new ReliefPanel(place, this.look, this.viewer, (is_lit) => { if (this.model) dress(this.model, is_lit ? this.lit : this.flat); });
+    if (!is_static() && place.kind === "transfer" && !("size" in this.query)) {
+      const show_painted = (): void => {
+        this.look.uniforms.has_material.value = [0, 0, 0];  // Only the color follows the brush.
+        if (this.shown.a) this.show_texture("a", this.shown.a);
+      };
+      this.paint = new PaintPanel({ place, viewer: this.viewer, stage: this.frame.stage, shown: () => ({ texture: this.shown.a, ...this.shown_at }), on_change: show_painted });
+    }
     const save = button("Save as one HTML file", () => void this.save_session(), { icon: "download", hint: "A page that opens without a server, for a paper's supplement" });
     this.frame.panel.append(
       h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind)),
-      compare, section("Color of a place", true, this.curve.element), section("Map over the surface", true, this.overlay.element), section("Regions", false, this.regions.element),
+      compare, this.paint?.element ?? "", section("Color of a place", true, this.curve.element), section("Map over the surface", true, this.overlay.element), section("Regions", false, this.regions.element),
       has_mesh ? section("Light", false, light_controls(this.viewer), exact.element) : this.relief?.element ?? "",
       section("About", false, facts_table(place.facts ?? [])),
       is_static() ? "" : h("div", { class: "panel-foot" }, save));
@@ -304,6 +332,7 @@ export class HistoryView implements View {
       server_hash: () => this.shown.a?.hash ?? null,
       overlay: () => this.overlay,
       light_relief: (is_on: boolean) => this.relief?.light(is_on),
+      paint: () => this.paint,
       set_time: (time: number) => this.timebar.set_time(time),
     };
   }

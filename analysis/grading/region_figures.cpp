@@ -127,8 +127,6 @@ std::vector<CleanPixel> clean_pixels(const ImageF& rust, const ImageU8& cracks, 
   return out;
 }
 
-using Color = std::array<double, 3>;
-
 /// @param channel  Of `channels`.
 std::vector<double> values_of(const ImageF& image, const std::vector<std::size_t>& pixels, std::size_t channels,
                               std::size_t channel) {
@@ -231,7 +229,7 @@ void add_color_figures(const ImageF& before, const ImageF& now, const ImageF& ru
   const std::vector<CleanPixel> clean = clean_pixels(rust, cracks, region);
   if (clean.empty()) return;
   const auto lab_of = [](const ImageF& image, const std::vector<std::size_t>& pixels) {
-    Color color{};
+    std::array<double, 3> color{};
     for (std::size_t c = 0; c < 3; ++c) color[c] = middle_mean(values_of(image, pixels, 3, c));
     return lab_from_linear(color[0], color[1], color[2]);
   };
@@ -243,11 +241,11 @@ void add_color_figures(const ImageF& before, const ImageF& now, const ImageF& ru
     slot(figures, name) = figure;
   };
   set("delta_e", true,
-      [](const Color& from, const Color& to) { return std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]); });
-  set("ciede2000", true, [](const Color& from, const Color& to) { return ciede2000(from, to); });
-  set("delta_l", false, [](const Color& from, const Color& to) { return to[0] - from[0]; });
-  set("delta_a", false, [](const Color& from, const Color& to) { return to[1] - from[1]; });
-  set("delta_b", false, [](const Color& from, const Color& to) { return to[2] - from[2]; });
+      [](const auto& from, const auto& to) { return std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]); });
+  set("ciede2000", true, [](const auto& from, const auto& to) { return ciede2000(from, to); });
+  set("delta_l", false, [](const auto& from, const auto& to) { return to[0] - from[0]; });
+  set("delta_a", false, [](const auto& from, const auto& to) { return to[1] - from[1]; });
+  set("delta_b", false, [](const auto& from, const auto& to) { return to[2] - from[2]; });
 }
 
 void add_gloss_figures(const ImageF& f0, const ImageF& roughness, const ImageF& rust, const ImageU8& cracks,

@@ -126,8 +126,8 @@ class TexelNeighborhood {
   std::shared_ptr<const FlowFrames> frames_;
   double pixel_mm_;
   std::vector<PixelNeighbor> steps_;  ///< By triangle, as find_steps() says; empty: too many triangles, or too few.
-  TexelSet band_;              ///< Texels with a row.
-  std::vector<Chunk> chunks_;  ///< kChunk rows each.
+  TexelSet band_;                     ///< Texels with a row.
+  std::vector<Chunk> chunks_;         ///< kChunk rows each.
 };
 
 }  // namespace patinate

@@ -15,7 +15,7 @@ PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("
 PATINATE = str(pathlib.Path(PATINATE).resolve())
 CUBE = b"v 0 0 0\nv 90 0 0\nv 90 90 0\nv 0 90 0\nv 0 0 90\nv 90 0 90\nv 90 90 90\nv 0 90 90\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"
 STL = b"solid a\n" + b"facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n" + b"endsolid a\n"
-PRESETS = ("rain_and_dirt", "rust", "moss", "patina")
+PRESETS = ("rain_and_dirt", "rust", "moss", "patina", "peeling_paint")
 
 
 class Case(unittest.TestCase):
@@ -128,7 +128,7 @@ class Begin(Case):
     def test_every_preset_is_a_scene_that_runs_and_does_something(self):
         self.upload("cube.obj")
         for preset in PRESETS:
-            status, answer = self.begin("cube.obj", preset=preset)
+            status, answer = self.begin("cube.obj", preset=preset, resolution=192)  # chips of paint are a few millimeters wide
             self.assertEqual((status, answer), (200, {"place": f"cube_{preset}.json"}))
             subprocess.run([PATINATE, "simulate", f"cube_{preset}.json", "-o", preset, "--quiet"], cwd=self.served, check=True)
             outcome = json.loads((self.served / preset / "simulation.json").read_text())["outcome"]

@@ -13,7 +13,7 @@
 namespace patinate::studio {
 
 // Embedded from begin/*.json.in.
-extern const std::string_view kBeginRain, kBeginRust, kBeginMoss, kBeginPatina;
+extern const std::string_view kBeginRain, kBeginRust, kBeginMoss, kBeginPatina, kBeginPeeling;
 
 namespace {
 
@@ -42,8 +42,8 @@ double factor_of(std::string_view argument) { return parse_number(std::string(ar
 
 }  // namespace
 
-const std::array<BeginPreset, 4>& begin_presets() {
-  static const std::array<BeginPreset, 4> presets{
+const std::array<BeginPreset, 5>& begin_presets() {
+  static const std::array<BeginPreset, 5> presets{
       BeginPreset{"rain_and_dirt", "Rain and dirt",
                   "Dust settles on what is level; rain carries it over edges and leaves it in runs.", kBeginRain},
       BeginPreset{"rust", "Rust that bleeds",
@@ -51,7 +51,10 @@ const std::array<BeginPreset, 4>& begin_presets() {
       BeginPreset{"moss", "Moss on the shaded side", "Stone greens where it stays damp and the sun does not come.",
                   kBeginMoss},
       BeginPreset{"patina", "Patina on copper", "Copper browns, and turns green where rain runs and stays.",
-                  kBeginPatina}};
+                  kBeginPatina},
+      BeginPreset{"peeling_paint", "Peeling paint",
+                  "Old paint wears thin on ridges; rust creeps below it, and it falls off with its primer.",
+                  kBeginPeeling}};
   return presets;
 }
 
@@ -61,7 +64,8 @@ std::string begin_scene_text(const std::string& object, const std::string& mesh,
   const auto preset =
       std::find_if(presets.begin(), presets.end(), [&](const BeginPreset& p) { return p.name == options.preset; });
   if (preset == presets.end())
-    throw InvalidInput("/preset: found \"" + options.preset + "\"; expected rain_and_dirt, rust, moss or patina");
+    throw InvalidInput("/preset: found \"" + options.preset +
+                       "\"; expected rain_and_dirt, rust, moss, patina or peeling_paint");
   const std::optional<double> mm_per_unit = find_mm_per_unit(options.unit);
   if (!mm_per_unit) throw InvalidInput("/unit: found \"" + options.unit + "\"; expected um, mm, cm or m");
   const auto value_of = [&](std::string_view word) {

@@ -15,7 +15,7 @@ struct BeginPreset {
   std::string_view about;  ///< One sentence.
   std::string_view text;   ///< The scene file with `<WORD>`s in place of what depends on the mesh.
 };
-[[nodiscard]] const std::array<BeginPreset, 4>& begin_presets();
+[[nodiscard]] const std::array<BeginPreset, 5>& begin_presets();
 
 struct BeginOptions {
   std::string preset;       ///< Name of a preset.

@@ -201,7 +201,7 @@ void TexelNeighborhood::find_steps(int triangle, std::span<PixelNeighbor> steps)
 
 /// Cursors look steps up instead of finding them again for each of a few triangles, where this takes little memory.
 void TexelNeighborhood::find_all_steps(const RunControl& control) {
-  constexpr std::size_t kMaxSteps = std::size_t{4} << 20;  // 64 MB.
+  constexpr std::size_t kMaxSteps = std::size_t{1} << 16;  // 1 MB.
   const std::size_t num_triangles = map_.mesh().triangles.size();
   if (num_triangles * size() > kMaxSteps) return;
   steps_.resize(num_triangles * size());

@@ -71,8 +71,8 @@ class LevelRefiner {
  private:
   static constexpr int kPatient = 256;
   /// Patches of all windows of a large atlas at once would take more memory than everything else: a texel takes about
-  /// 150 bytes in them.
-  static constexpr std::size_t kBatch = 128 * 1024;
+  /// 300 bytes in them.
+  static constexpr std::size_t kBatch = 2048;
   static constexpr std::uint8_t kBeside = 1, kMember = 2;  ///< Marks of a window of this round.
 
   /// A window of a round.

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "libcommon/core/expression.h"
+#include "libcommon/core/json_options.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "simulation/rules/initial_amounts.h"
@@ -22,24 +23,13 @@ constexpr std::size_t kMaxMaps = 64;
 constexpr std::array<std::string_view, 6> kFunctionNames{"min", "max", "abs", "pow", "clamp", "smoothstep"};
 
 /// Reads options of one kind from the members of an object.
-class MapOptionReader final : public OptionVisitor {
+class MapOptionReader final : public JsonOptionReader {
  public:
   /// @param names  Options that count; all others are passed over.
   MapOptionReader(JsonReader& json, const SceneContext& context, std::string kind, std::vector<std::string> names)
       : json_(json), context_(context), kind_(std::move(kind)), names_(std::move(names)) {}
 
-  void visit(const OptionInfo& info, double& value) override {
-    if (const auto json = given(info)) value = json->number(info.range);
-  }
-  void visit(const OptionInfo& info, int& value) override {
-    if (const auto json = given(info)) value = static_cast<int>(json->integer(info.range));
-  }
-  void visit(const OptionInfo& info, std::int64_t& value) override {
-    if (const auto json = given(info)) value = json->integer(info.range);
-  }
-  void visit(const OptionInfo& info, bool& value) override {
-    if (const auto json = given(info)) value = json->boolean();
-  }
+  using JsonOptionReader::visit;
   void visit(const OptionInfo& info, std::string& value) override {
     const auto json = given(info);
     if (!json) return;
@@ -48,21 +38,9 @@ class MapOptionReader final : public OptionVisitor {
     context_.add_input(json->pointer(), json->path());
     value = json->path().string();
   }
-  void visit(const OptionInfo& info, std::optional<double>& value) override {
-    if (const auto json = given(info)) value = json->number(info.range);
-  }
-  void visit(const OptionInfo& info, std::span<double> values) override {
-    const auto json = given(info);
-    if (!json) return;
-    const std::vector<double> numbers = json->numbers(values.size(), info.range);
-    std::copy(numbers.begin(), numbers.end(), values.begin());
-  }
-  void visit_choice_index(const OptionInfo& info, int& index, std::span<const std::string_view> names) override {
-    if (const auto json = given(info)) index = json->choice(names);
-  }
 
  private:
-  [[nodiscard]] std::optional<JsonReader> given(const OptionInfo& info) {
+  [[nodiscard]] std::optional<JsonReader> given(const OptionInfo& info) override {
     std::string key(info.name);
     if (std::find(names_.begin(), names_.end(), key) == names_.end()) return std::nullopt;
     if (key.starts_with(kind_ + "_")) key.erase(0, kind_.size() + 1);

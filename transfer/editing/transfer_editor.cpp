@@ -15,7 +15,7 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr std::size_t kMostUndoBytes = std::size_t{192} << 20;  // As the studio's steps of a scene.
+constexpr std::size_t kMaxUndoBytes = std::size_t{192} << 20;  // As the studio's steps of a scene.
 
 /// Seed of an edit: those of a list differ, so that the same place is not searched among the same pixels again.
 std::uint64_t seed_of(std::int64_t seed, std::size_t edit) {
@@ -219,7 +219,7 @@ void TransferEditor::forget_old_steps() {
   std::size_t bytes = 0;
   for (std::size_t i = steps_.size(); i-- > num_forgotten_;) {
     bytes += steps_[i].bytes();
-    if (bytes <= kMostUndoBytes || i + 1 == steps_.size()) continue;
+    if (bytes <= kMaxUndoBytes || i + 1 == steps_.size()) continue;
     for (; num_forgotten_ <= i; ++num_forgotten_) steps_[num_forgotten_].other = {};
     return;
   }

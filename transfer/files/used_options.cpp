@@ -1,8 +1,8 @@
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "libcommon/core/files.h"
+#include "libcommon/core/json_options.h"
 #include "patinate/core/json.h"
 #include "transfer/files/transfer_files.h"
 
@@ -10,42 +10,22 @@ namespace patinate::transfer {
 
 namespace {
 
-/// Sets options to what members of an object say; those that an earlier version did not write stay as they are.
-class MemberReader final : public OptionVisitor {
+/// Options as option_values() writes them: an earlier version did not write all.
+class MemberReader final : public JsonOptionReader {
  public:
   explicit MemberReader(JsonReader& json) : json_(json) {}
 
-  void visit(const OptionInfo& info, double& value) override {
-    if (const auto json = given(info)) value = json->number(info.range);
-  }
-  void visit(const OptionInfo& info, int& value) override {
-    if (const auto json = given(info)) value = static_cast<int>(json->integer(info.range));
-  }
-  void visit(const OptionInfo& info, std::int64_t& value) override {
-    if (const auto json = given(info)) value = json->integer(info.range);
-  }
+  using JsonOptionReader::visit;
   void visit(const OptionInfo& info, bool& value) override {
-    if (const auto json = given(info)) value = json->string() == "true";  // As option_values() has it.
-  }
-  void visit(const OptionInfo& info, std::string& value) override {
-    if (const auto json = given(info)) value = json->string();
+    if (const auto json = given(info)) value = json->string() == "true";
   }
   void visit(const OptionInfo& info, std::optional<double>& value) override {
     const auto json = given(info);
     if (json && json->is_number()) value = json->number(info.range);
   }
-  void visit(const OptionInfo& info, std::span<double> values) override {
-    const auto json = given(info);
-    if (!json) return;
-    const std::vector<double> numbers = json->numbers(values.size(), info.range);
-    std::copy(numbers.begin(), numbers.end(), values.begin());
-  }
-  void visit_choice_index(const OptionInfo& info, int& index, std::span<const std::string_view> names) override {
-    if (const auto json = given(info)) index = json->choice(names);
-  }
 
  private:
-  [[nodiscard]] std::optional<JsonReader> given(const OptionInfo& info) {
+  [[nodiscard]] std::optional<JsonReader> given(const OptionInfo& info) override {
     return json_.has(info.name) ? std::optional(json_.member(info.name)) : std::nullopt;
   }
 

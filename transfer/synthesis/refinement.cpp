@@ -189,8 +189,9 @@ std::vector<LevelRefiner::Window> LevelRefiner::choose_windows(int index, std::s
                                                                PatchFinder& finder, const RunControl& control) {
   std::vector<Window> windows;
   SurfacePatch patch;
+  const std::size_t most = kBatchTexels * static_cast<std::size_t>(thread_count(control));
   std::size_t num_texels = 0;
-  for (; !wishes.empty() && num_texels < kBatch; wishes = wishes.subspan(1)) {
+  for (; !wishes.empty() && num_texels < most; wishes = wishes.subspan(1)) {
     const Wish& wish = wishes.front();
     if (wishes.size() % 256 == 0) control.throw_if_stopped();
     const TexelId center = costs_.texel_in(wish.block);

@@ -70,9 +70,9 @@ class LevelRefiner {
 
  private:
   static constexpr int kPatient = 256;
-  /// Patches of all windows of a large atlas at once would take more memory than everything else: a texel takes about
-  /// 300 bytes in them.
-  static constexpr std::size_t kBatch = 2048;
+  /// Texels of the windows that are found at once, for each thread. A texel takes about 300 bytes in its patch: those
+  /// of all windows of a large atlas would take more memory than everything else.
+  static constexpr std::size_t kBatchTexels = 1024;
   static constexpr std::uint8_t kBeside = 1, kMember = 2;  ///< Marks of a window of this round.
 
   /// A window of a round.
@@ -88,7 +88,8 @@ class LevelRefiner {
   };
   /// All blocks whose borders can be seen, those of most cost first.
   [[nodiscard]] std::vector<Wish> find_wishes() const;
-  /// The next windows of a round, greedily, none within a texel of another: their patches have about kBatch texels.
+  /// The next windows of a round, greedily, none within a texel of another: their patches have about kBatchTexels for
+  /// each thread.
   /// @param wishes  Those that were looked at are removed from its front.
   [[nodiscard]] std::vector<Window> choose_windows(int index, std::span<const Wish>& wishes, PatchFinder& finder,
                                                    const RunControl& control);

@@ -9,19 +9,13 @@
 #include <utility>
 
 #include "analysis/evaluation/source_lines.h"
-#include "analysis/evaluation/surface_windows.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::analysis {
 
 namespace {
 
-constexpr int kBins = static_cast<int>(WantedCounts{}.size());
-
-std::size_t bin_of(float value) {
-  const auto bin = static_cast<int>(std::floor(value * static_cast<float>(kBins)));
-  return static_cast<std::size_t>(std::clamp(bin, 0, kBins - 1));
-}
+constexpr int kBins = static_cast<int>(ControlCounts{}.size());
 
 constexpr int kScaleDigits = 4;  ///< Digits of sizes: rounding is no scale.
 
@@ -83,8 +77,13 @@ Figure one_figure(const std::string& name, const std::string& title, const LineF
           .undefined = value ? "" : f.undefined};
 }
 
+/// A factor of the source's figure by threshold.
+using Factors = std::array<double, kNumLineThresholds>;
+constexpr Factors kAsMeasured = {1.0, 1.0, 1.0};
+
 /// Over thresholds at which both sides have a value, or else each over its own.
-std::array<std::optional<double>, 2> means_of(const LineFigure& f, const Structures& a, const Structures& b) {
+std::array<std::optional<double>, 2> means_of(const LineFigure& f, const Structures& a, const Structures& b,
+                                              const Factors& of_b = kAsMeasured) {
   std::array<double, 4> sums = {};
   std::array<int, 4> counts = {};
   const auto add = [&](std::size_t to, double v) {
@@ -92,7 +91,9 @@ std::array<std::optional<double>, 2> means_of(const LineFigure& f, const Structu
     ++counts[to];
   };
   for (std::size_t i = 0; i < a.size(); ++i) {
-    const std::optional<double> x = f.value(a[i]), y = f.value(b[i]);
+    const std::optional<double> x = f.value(a[i]);
+    std::optional<double> y = f.value(b[i]);
+    if (y) *y *= of_b[i];
     if (x && y) {
       add(0, *x);
       add(1, *y);
@@ -124,7 +125,13 @@ std::optional<double> mean_of(const WantedShares& shares) {
   return sum;
 }
 
-void add_figures(const SourceLines& source, const LineSums& sums, const WantedShares& wanted, double texel_mm,
+/// What the source's lines are expected to be for the controls of two sets of places.
+struct ExpectedShares {
+  WantedShares wanted;               ///< On the charts.
+  Factors in_windows = kAsMeasured;  ///< In the surface's windows over in the source's.
+};
+
+void add_figures(const SourceLines& source, const LineSums& sums, const ExpectedShares& expected, double texel_mm,
                  bool has_quarters, StructureFigures& out) {
   const Structures &made = sums.made, &crops = sums.crops;
   const bool is_dark = source.kind == LineKind::Dark;
@@ -146,23 +153,28 @@ void add_figures(const SourceLines& source, const LineSums& sums, const WantedSh
     if (has_crops)
       out.figures.push_back(
           one_figure(named(f, "_crops"), title(cut, "mean at " + at), f, means_of(f, crops, crops)[0], {}));
+    const Factors& factors = f.name == "line_share" ? expected.in_windows : kAsMeasured;
     if (has_windows) {
-      const auto [on_surface, in_source] = means_of(f, sums.windows, sums.source_windows);
+      const auto [on_surface, in_source] = means_of(f, sums.windows, sums.source_windows, factors);
       out.figures.push_back(one_figure(named(f, "_surface"), title(across, "mean at " + at), f, on_surface, in_source));
     }
     const std::string as_wanted = " if they were as frequent as in the source where the same control is wanted";
     if (f.name == "line_share")
-      out.figures.push_back(wanted_figure(prefix, title(as_wanted, "mean at " + at), mean_of(wanted)));
+      out.figures.push_back(wanted_figure(prefix, title(as_wanted, "mean at " + at), mean_of(expected.wanted)));
     for (std::size_t i = 0; i < apart.size(); ++i) {
       const std::string where = short_number_text(source.thresholds[i]);
       apart[i].figures.push_back(
           one_figure(named(f, ""), title("", where), f, f.value(made[i]), f.value(source.structures[i])));
       if (has_crops)
         apart[i].figures.push_back(one_figure(named(f, "_crops"), title(cut, where), f, f.value(crops[i]), {}));
-      if (has_windows)
-        apart[i].figures.push_back(one_figure(named(f, "_surface"), title(across, where), f, f.value(sums.windows[i]),
-                                              f.value(sums.source_windows[i])));
-      if (f.name == "line_share") apart[i].figures.push_back(wanted_figure(prefix, title(as_wanted, where), wanted[i]));
+      if (has_windows) {
+        std::optional<double> in_source = f.value(sums.source_windows[i]);
+        if (in_source) *in_source *= factors[i];
+        apart[i].figures.push_back(
+            one_figure(named(f, "_surface"), title(across, where), f, f.value(sums.windows[i]), in_source));
+      }
+      if (f.name == "line_share")
+        apart[i].figures.push_back(wanted_figure(prefix, title(as_wanted, where), expected.wanted[i]));
     }
   }
   out.lines.insert(out.lines.end(), apart.begin(), apart.end());
@@ -170,18 +182,18 @@ void add_figures(const SourceLines& source, const LineSums& sums, const WantedSh
 
 }  // namespace
 
-WantedCounts count_wanted(const MapPart& part) {
-  WantedCounts counts{};
-  part.for_each_covered([&](TexelId, std::int64_t i) { ++counts[bin_of(part.control.data()[i])]; });
+ControlCounts count_wanted(const MapPart& part) {
+  ControlCounts counts{};
+  part.for_each_covered([&](TexelId, std::int64_t i) { ++counts[control_bin(part.control.data()[i])]; });
   return counts;
 }
 
 std::optional<double> wanted_share(const ImageU8& feature, const ImageF& control, const ImageU8& mask,
-                                   const WantedCounts& wanted) {
+                                   const ControlCounts& wanted) {
   std::array<double, kBins> covered{}, area{};
   for (std::int64_t i = 0; i < feature.num_pixels(); ++i) {
     if (!mask.empty() && mask.data()[i] == 0) continue;
-    const std::size_t bin = bin_of(control.data()[i]);
+    const std::size_t bin = control_bin(control.data()[i]);
     area[bin] += 1.0;
     covered[bin] += feature.data()[i] != 0 ? 1.0 : 0.0;
   }
@@ -216,7 +228,11 @@ void LineSums::add(const LineSums& other) {
 void StructureSums::add(const StructureSums& other) {
   if (kinds.size() < other.kinds.size()) kinds.resize(other.kinds.size());
   for (std::size_t i = 0; i < other.kinds.size(); ++i) kinds[i].add(other.kinds[i]);
-  for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] += other.wanted[i];
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    wanted[i] += other.wanted[i];
+    windows_control[i] += other.windows_control[i];
+    source_windows_control[i] += other.source_windows_control[i];
+  }
 }
 
 struct SourceStructure::Found {
@@ -269,6 +285,8 @@ StructureSums SourceStructure::measure(const MapPart& part, const PartCounts& be
                                               .control = found_->has_quarters ? found_->source.control : no_control,
                                               .pixels_per_texel = found_->pixels_per_texel},
                                              before, all, control);
+  sums.windows_control = windows.made_control;
+  sums.source_windows_control = windows.source_control;
   for (const SourceLines& lines : found_->kinds) {
     const CutSource cut =
         measured_crops(charts, before.charts, all.charts, found_->ground, lines, found_->scale, control);
@@ -288,13 +306,18 @@ StructureFigures SourceStructure::figures(const StructureSums& sums, double texe
   for (std::size_t k = 0; k < found_->kinds.size(); ++k) {
     const SourceLines& lines = found_->kinds[k];
     const LineSums made = k < sums.kinds.size() ? sums.kinds[k] : LineSums{};
-    WantedShares wanted;
-    for (std::size_t i = 0; i < wanted.size() && found_->has_quarters; ++i) {
-      wanted[i] = wanted_share(lines.masks[i], found_->control, found_->ground.mask, sums.wanted);
-      if (wanted[i] && made.lines_there[i] > 0)
-        *wanted[i] *= static_cast<double>(made.lines_found[i]) / static_cast<double>(made.lines_there[i]);
+    ExpectedShares expected;
+    for (std::size_t i = 0; i < expected.wanted.size() && found_->has_quarters; ++i) {
+      const auto share = [&](const ControlCounts& at) {
+        return wanted_share(lines.masks[i], found_->control, found_->ground.mask, at);
+      };
+      expected.wanted[i] = share(sums.wanted);
+      if (expected.wanted[i] && made.lines_there[i] > 0)
+        *expected.wanted[i] *= static_cast<double>(made.lines_found[i]) / static_cast<double>(made.lines_there[i]);
+      const std::optional<double> asked = share(sums.windows_control), there = share(sums.source_windows_control);
+      if (asked && there && *there > 0.0) expected.in_windows[i] = *asked / *there;
     }
-    add_figures(lines, made, wanted, texel_mm, found_->has_quarters, out);
+    add_figures(lines, made, expected, texel_mm, found_->has_quarters, out);
   }
   const bool has_dark = !out.lines.empty() && out.lines.front().kind == LineKind::Dark;
   if (has_dark) return out;

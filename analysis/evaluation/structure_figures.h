@@ -10,23 +10,22 @@
 #include <vector>
 
 #include "analysis/evaluation/source_lines.h"
+#include "analysis/evaluation/surface_windows.h"
 #include "analysis/evaluation/synthesized_map.h"
 #include "patinate/analysis/report_parts.h"
 #include "patinate/image/image.h"
 
 namespace patinate::analysis {
 
-/// Texels by the value of a control that they want, in 64 bins of equal width over [0, 1].
-using WantedCounts = std::array<std::int64_t, 64>;
-/// @param part  With a control.
-[[nodiscard]] WantedCounts count_wanted(const MapPart& part);
+/// Texels by the value of a control that they want. @param part  With a control.
+[[nodiscard]] ControlCounts count_wanted(const MapPart& part);
 
 /// The share of `feature` among the source's pixels of a control, in those bins, weighted by how often the surface
 /// wants it; of values that the source has nowhere, the nearest bin that it has.
 /// @param feature,control,mask  Of the source, equal in size; `feature` and `mask` 0 = no, `mask` may be empty,
 /// `control` in [0, 1]. @returns nothing if no pixel or no texel counts.
 [[nodiscard]] std::optional<double> wanted_share(const ImageU8& feature, const ImageF& control, const ImageU8& mask,
-                                                 const WantedCounts& wanted);
+                                                 const ControlCounts& wanted);
 
 /// One kind of lines at one contrast.
 struct LineFigures {
@@ -52,7 +51,8 @@ struct LineSums {
 /// Sums of all kinds that the source has.
 struct StructureSums {
   std::vector<LineSums> kinds;
-  WantedCounts wanted = {};  ///< 0 without controls on both sides.
+  ControlCounts wanted = {};                                        ///< 0 without controls on both sides.
+  ControlCounts windows_control = {}, source_windows_control = {};  ///< Of SurfaceWindows.
 
   void add(const StructureSums& other);
 };
@@ -66,7 +66,8 @@ struct StructureSums {
 /// (mm/mm2), line_length_q1 .. q4 (where the control is in the source's first .. fourth quarter; with controls on both
 /// sides), junctions (1/mm2), median_cell (mm2), median_cell_crops; line_share_surface, dead_ends_surface (1/mm) and
 /// closed_share_surface of windows that lie across seams, with windows of the source as `split`: turned alike, of the
-/// same shape, where the control is the same. Dark lines; for bright ones, where the source has them, the same as
+/// same shape, where the control is the same on average; the share's is corrected for the difference of their controls.
+/// Dark lines; for bright ones, where the source has them, the same as
 /// bright_*.
 ///
 /// The source has lines of a kind if at each threshold they take up 0.3 to 25 % of it and have at most one dead end

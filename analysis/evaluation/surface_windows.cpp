@@ -159,15 +159,27 @@ class WindowLayer {
   std::vector<int> outward_;  ///< The window's points, the middle first.
 };
 
-/// @param lightness  L* of the part's rectangle. @param wanted  Is given the mean of the part's control, if that has
-/// one.
+/// Control of a window, in every eighth row and column.
+struct WindowControl {
+  double sum = 0.0;
+  std::int64_t count = 0;
+  ControlCounts counts = {};
+
+  void add(float value) {
+    sum += static_cast<double>(value);
+    ++count;
+    ++counts[control_bin(value)];
+  }
+  [[nodiscard]] double mean(double without) const { return count > 0 ? sum / static_cast<double>(count) : without; }
+};
+
+/// @param lightness  L* of the part's rectangle. @param wanted  Is given the part's control, if that has one.
 Ground cut_made(const MapPart& part, const WindowLayer& layer, const ImageF& lightness, const DrawnWindow& drawn,
-                double& wanted) {
+                WindowControl& wanted) {
   Ground out{ImageF(kWindowSide, kWindowSide), ImageU8(kWindowSide, kWindowSide), {}, 0, 0};
   const SurfacePoint middle = part.surface.point(drawn.middle);
   const Vec3 x_axis = part.frames[middle.triangle] * Vec2(std::cos(drawn.turn), std::sin(drawn.turn));
   const std::vector<WindowPoint> points = layer.lay({middle, x_axis}, part.surface.median_texel_size_mm());
-  double sum = 0.0, count = 0.0;
   for (int y = 0; y < kWindowSide; ++y) {
     for (int x = 0; x < kWindowSide; ++x) {
       const SurfacePoint& p = points[y * kWindowSide + x].at;
@@ -176,11 +188,9 @@ Ground cut_made(const MapPart& part, const WindowLayer& layer, const ImageF& lig
       out.lightness.at(x, y) = *value;
       out.mask.at(x, y) = 255;
       if (part.control.empty() || x % kControlStep != 0 || y % kControlStep != 0) continue;
-      sum += static_cast<double>(value_at(part, part.control, p).value_or(0.0f));
-      count += 1.0;
+      wanted.add(value_at(part, part.control, p).value_or(0.0f));
     }
   }
-  wanted = count > 0.0 ? sum / count : 0.0;
   return out;
 }
 
@@ -201,28 +211,32 @@ CutPlace random_cut(const WindowSource& source, RandomStream& random) {
   return {{x, y}, Eigen::Rotation2Dd(random_turn(random)).toRotationMatrix() * source.pixels_per_texel};
 }
 
-double mean_control(const WindowSource& source, const CutPlace& cut) {
-  double sum = 0.0, count = 0.0;
+WindowControl control_of(const WindowSource& source, const CutPlace& cut) {
+  WindowControl out;
   for (int y = 0; y < kWindowSide; y += kControlStep) {
     for (int x = 0; x < kWindowSide; x += kControlStep) {
       const Vec2 p = cut.at(x, y);
       const int px = static_cast<int>(std::lround(p.x())), py = static_cast<int>(std::lround(p.y()));
       if (!source.control.contains(px, py) || !is_inside(source.mask, px, py)) continue;
-      sum += static_cast<double>(source.control.at(px, py));
-      count += 1.0;
+      out.add(source.control.at(px, py));
     }
   }
-  return count > 0.0 ? sum / count : std::numeric_limits<double>::infinity();
+  return out;
 }
 
-Ground cut_source(const WindowSource& source, const ImageU8& shape, double wanted, RandomStream& random) {
+/// @param control  Is given the source's control there, if that has one.
+Ground cut_source(const WindowSource& source, const ImageU8& shape, double wanted, WindowControl& control,
+                  RandomStream& random) {
   CutPlace best = random_cut(source, random);
   if (!source.control.empty()) {
-    double least = std::abs(mean_control(source, best) - wanted);
+    const auto off = [&](const WindowControl& c) {
+      return std::abs(c.mean(std::numeric_limits<double>::infinity()) - wanted);
+    };
+    control = control_of(source, best);
     for (int k = 1; k < kNumCandidates; ++k) {
       const CutPlace cut = random_cut(source, random);
-      const double off = std::abs(mean_control(source, cut) - wanted);
-      if (off < least) best = cut, least = off;
+      const WindowControl there = control_of(source, cut);
+      if (off(there) < off(control)) best = cut, control = there;
     }
   }
   Ground out{ImageF(kWindowSide, kWindowSide), shape, {}, 0, 0};
@@ -250,21 +264,33 @@ Ground cut_source(const WindowSource& source, const ImageU8& shape, double wante
 
 }  // namespace
 
+std::size_t control_bin(float value) {
+  constexpr int kBins = static_cast<int>(ControlCounts{}.size());
+  const auto bin = static_cast<int>(std::floor(value * static_cast<float>(kBins)));
+  return static_cast<std::size_t>(std::clamp(bin, 0, kBins - 1));
+}
+
 SurfaceWindows cut_windows(const MapPart& part, const ImageF& lightness, const WindowSource& source,
                            const PartCounts& before, const PartCounts& all, const RunControl& control) {
   const std::vector<DrawnWindow> drawn = draw_windows(part, before, all);
   SurfaceWindows windows;
   windows.made.resize(drawn.size());
   windows.source.resize(drawn.size());
+  std::vector<WindowControl> made(drawn.size()), cut(drawn.size());
   const WindowLayer layer(part.surface);
   parallel_for(static_cast<std::int64_t>(drawn.size()), 1, control, [&](std::int64_t begin, std::int64_t end) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      double wanted = 0.0;
-      windows.made[i] = cut_made(part, layer, lightness, drawn[i], wanted);
+      windows.made[i] = cut_made(part, layer, lightness, drawn[i], made[i]);
       RandomStream random(kSeed, static_cast<std::uint64_t>(drawn[i].middle), kCutPurpose);
-      windows.source[i] = cut_source(source, windows.made[i].mask, wanted, random);
+      windows.source[i] = cut_source(source, windows.made[i].mask, made[i].mean(0.0), cut[i], random);
     }
   });
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    for (std::size_t b = 0; b < windows.made_control.size(); ++b) {
+      windows.made_control[b] += made[i].counts[b];
+      windows.source_control[b] += cut[i].counts[b];
+    }
+  }
   return windows;
 }
 

@@ -2,6 +2,8 @@
 /// Windows of a made texture, laid flat on the surface across seams, and windows of the source of the same shape.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "analysis/evaluation/source_lines.h"
@@ -12,6 +14,10 @@ namespace patinate::analysis {
 inline constexpr int kWindowSide = 113;  ///< Texels. Cells of cracks close within it; few windows meet themselves.
 inline constexpr int kNumWindows =
     100;  ///< Number of windows of a whole map, about: two draws differ by a tenth in dead ends.
+
+/// Texels or pixels by the value of a control, in 64 bins of equal width over [0, 1].
+using ControlCounts = std::array<std::int64_t, 64>;
+[[nodiscard]] std::size_t control_bin(float value);
 
 /// Source that windows are cut from.
 struct WindowSource {
@@ -24,6 +30,7 @@ struct WindowSource {
 /// The i-th of `source` has the shape of the i-th of `made`.
 struct SurfaceWindows {
   std::vector<Ground> made, source;
+  ControlCounts made_control = {}, source_control = {};  ///< In every eighth row and column; 0 without controls.
 };
 
 /// Windows around texels drawn evenly over the surface, each at a random turn. They are laid from the middle outward,

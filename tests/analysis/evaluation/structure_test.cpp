@@ -122,6 +122,36 @@ TEST(StructureFigures, WindowsLieAcrossSeamsOfTurnedCharts) {
               0.1 * split_in(e, "line_share_surface"));
 }
 
+/// Upright lines, 40 px apart, and 14 where the control, which grows along x, is above 0.85.
+SynthesisSource comb_source() {
+  SynthesisSource source;
+  source.frames = {ImageF(400, 400, 3)};
+  source.control = ImageF(400, 400);
+  for (int y = 0; y < 400; ++y) {
+    for (int x = 0; x < 400; ++x) {
+      for (int c = 0; c < 3; ++c)
+        source.frames[0].at(x, y, c) = (x < 340 ? x % 40 - 20 : (x - 340) % 14 - 7) / 2 == 0 ? kLine : kGround;
+      source.control.at(x, y) = static_cast<float>(x) / 399.0f;
+    }
+  }
+  return source;
+}
+
+// No window of the source lies where only its last 60 columns are: lines are as frequent there as the control says.
+TEST(StructureFigures, WindowsOfARareControlHaveTheLinesThatItHasInTheSource) {
+  const SynthesisSource source = comb_source();
+  const auto column = [](int x) { return x / 56 % 2 == 0 ? 343 + x % 56 : 398 - x % 56; };
+  SynthesizedMap map = plane(392, 392, 1.0, [&](int x, int y) { return std::pair{column(x), y}; });
+  map.control = ImageF(392, 392);
+  for (int y = 0; y < 392; ++y) {
+    for (int x = 0; x < 392; ++x) map.control.at(x, y) = source.control.at(column(x), y);
+  }
+  const Evaluation e = evaluate(source, map, few_samples(), 1);
+  // Line shares of whole pictures of the source differ by as much from turn to turn.
+  EXPECT_NEAR(value_in(e, "line_share_surface"), split_in(e, "line_share_surface"),
+              0.1 * split_in(e, "line_share_surface"));
+}
+
 /// The plane of the source in strips of 19 texels with one left out between, all charts of their own.
 SynthesizedMap strips(const SynthesisSource& source) {
   SynthesizedMap map = identity(source);

@@ -92,6 +92,7 @@ class ExrEncoder final : public ImageEncoder {
     const Imath::Box2i window(Imath::V2i(0, 0), Imath::V2i(format_.width - 1, format_.height - 1));
     Imf::Header header(window, window);
     header.compression() = Imf::ZIP_COMPRESSION;
+    header.zipCompressionLevel() = format_.exr_level;
     for (const std::string& name : format_.channels) header.channels().insert(name, Imf::Channel(type_));
     if (!format_.has_facts) return header;
     header.insert("capDate", Imf::StringAttribute(kNoImageDate));

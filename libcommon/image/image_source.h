@@ -82,7 +82,9 @@ struct EncodedFormat {
   std::string unit = "";                 ///< Unit of an EXR with facts whose values are not scaled.
   bool is_srgb = false;                  ///< Says so in a file without facts.
   int png_level = 6;                     ///< PNG level of zlib, [0, 9].
-  int num_threads = 1;                   ///< That compress an EXR's rows; > 0. The same bytes.
+  /// EXR level of zlib. OpenEXR's own 4 takes a fifth more time for a simulation's frames, for 3 % fewer bytes.
+  int exr_level = 3;
+  int num_threads = 1;  ///< That compress an EXR's rows; > 0. The same bytes.
 };
 
 /// A file that is being encoded, row by row.

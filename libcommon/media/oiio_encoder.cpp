@@ -66,7 +66,8 @@ OIIO::ImageSpec spec_of(const EncodedFormat& format) {
     spec.attribute("oiio:UnassociatedAlpha", 1);
   } else {
     spec.channelnames = format.channels;
-    spec.attribute("compression", "zip");
+    const bool is_exr = format.name.ends_with(".exr");
+    spec.attribute("compression", is_exr ? "zip:" + std::to_string(format.exr_level) : "zip");
   }
   return spec;
 }

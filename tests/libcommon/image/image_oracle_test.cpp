@@ -18,6 +18,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/random.h"
+#include "libcommon/image/image_decoder.h"
 #include "libcommon/image/image_source.h"
 #include "libcommon/image/media_module.h"
 #include "patinate/core/error.h"
@@ -127,6 +128,8 @@ Read read_by(const Open& open) {
     const std::unique_ptr<ImageSource> source = open();
     if (!source) return {.info = {}, .image = {}, .error = "not ours"};
     result.info = source->first_info();
+    // What image_decoder.cpp refuses before any pixel is read.
+    if (std::max(result.info.width, result.info.height) > kMaxImageSide) throw InvalidInput("an unusable size");
     result.info.num_frames = source->count_frames();
     result.image = source->read(0);
   } catch (const Error& e) {

@@ -5,8 +5,7 @@ namespace patinate::cli {
 void TimesArgument::declare(CommandLine& line) {
   line.option("time", "T", "One time, in the history's unit", time);
   line.numbers("times", "T,T,...", "Several times", times);
-  line.option("num_times", "N", "Number of times, evenly spaced from the first frame to the last (also --frames)",
-              count);
+  line.option("num_times", "N", "Number of times, evenly spaced from the first frame to the last", count);
   line.alias("frames");
   line.alternatives({"time", "times", "num_times"});
   line.checked([this] { check(); });

@@ -163,9 +163,7 @@ int cmd_control(CommandRun& run) {
   run.line.required();
   run.line.suggestions(control_kind_names());
   run.line.output("MAP.exr",
-                  "Control map to make: float, channel Y, [0, 1]; for several kinds, a name with <KIND> in it; of "
-                  "several kinds a name with <KIND> in it",
-                  output);
+                  "Control map to make: float, channel Y, [0, 1]; for several kinds, a name with <KIND> in it", output);
   run.line.options(options.atlas);
   run.line.options(store);
   declare_kind_options(run.line, options.kinds);

@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kPhotographs = "Photographs become a history";
 constexpr const char* kMeshes = "A mesh ages like it";
 constexpr const char* kSimulation = "Aging is simulated";
-constexpr const char* kResults = "View everything:";
+constexpr const char* kResults = "View everything";
 constexpr const char* kMeasuring = "measuring";
 constexpr const char* kHistories = "histories";
 constexpr const char* kControls = "controls";

@@ -139,6 +139,7 @@ class JointSolver {
     }
     has_pose_[source] = true;
     s.is_found_by_search = found.is_found_by_search;
+    s.ambiguous_deg = found.ambiguous_deg;
     pose(source) = pose(target) * normalized(found.target_from_source, scan(target), scan(source));
     result_.edges.push_back({.target = target, .source = source, .pair = found, .is_in_tree = true});
     return true;

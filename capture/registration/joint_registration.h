@@ -39,6 +39,7 @@ struct RegisteredScan {
   Vec3 center = Vec3::Zero();                        ///< The scan's middle in the reference's frame.
   std::vector<UnconstrainedDof> unconstrained_dofs;  ///< In the reference's frame.
   bool is_found_by_search = false;
+  double ambiguous_deg = 0.0;  ///< Of the pair that placed it first, as in PairRegistration.
 };
 
 struct JointRegistration {

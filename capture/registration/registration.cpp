@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "capture/registration/changed_surface.h"
 #include "capture/registration/prepared_scan.h"
@@ -57,6 +58,11 @@ constexpr int kLookedInFrontOfPose = 3000;  ///< Points whose lines of sight are
 /// Tolerances in the residuals' scale and in spacings (docs/algorithms/registration.md).
 constexpr double kSightScales = 5.0, kSightDistance = 0.5;
 constexpr double kSightDepth = 0.04;  ///< Normalized: growth and wear are less than that, a wrong pose is not.
+constexpr double kFinalist = 0.7;     ///< Candidates are followed to the end if they score this share of the best one.
+/// A pose is as likely as the best one if it overlaps as much, and if its shape adds no more to the residuals than they
+/// are in the best one.
+constexpr double kRivalOverlap = 0.9, kRivalScale = std::numbers::sqrt2;
+constexpr double kSamePoseDeg = 2.0;  ///< Finalists nearer than this are one, which converged from two starts.
 constexpr int kMinTrustedPairs = 30;  ///< Fewer pairs do not make a trusted pose.
 constexpr double kCrossedShare =
     0.3;  ///< Share of a direction's information that must come from more than noise of normals.
@@ -204,6 +210,40 @@ PairRegistration judge(const PreparedScan& target, const PreparedScan& source, c
   return r;
 }
 
+/// @param middles  Candidates after the middle stage, best first; one at least.
+PairRegistration best_finalist(const PreparedScan& target, const PreparedScan& source,
+                               const std::vector<PoseCandidate>& middles, const RegistrationOptions& options,
+                               const RunControl& control) {
+  struct Finalist {
+    PairRegistration pair;
+    double score = 0.0, residual_scale = 0.0;
+  };
+  std::vector<Finalist> finalists;
+  for (const PoseCandidate& middle : middles) {
+    if (middle.score < kFinalist * middles.front().score) break;
+    const Local local = align_fully(target, source, middle.pose, options, control);
+    finalists.push_back({judge(target, source, local, options),
+                         pose_score(local.alignment, local.in_front.value_or(0.0), target.fine().distance()),
+                         local.alignment.residual_scale});
+  }
+  const auto is_worse = [](const Finalist& a, const Finalist& b) {
+    return std::pair(is_found(a.pair.status), a.score) < std::pair(is_found(b.pair.status), b.score);
+  };
+  const Finalist& best = *std::max_element(finalists.begin(), finalists.end(), is_worse);
+  PairRegistration found = best.pair;
+  found.is_found_by_search = true;
+  double least = kRivalScale * best.residual_scale;
+  for (const Finalist& other : finalists) {
+    const double turn = angle_between_deg(other.pair.target_from_source.rotation, found.target_from_source.rotation);
+    if (turn < kSamePoseDeg || !is_found(other.pair.status) || other.residual_scale > least ||
+        other.pair.overlap < kRivalOverlap * found.overlap)
+      continue;
+    least = other.residual_scale;
+    found.ambiguous_deg = turn;
+  }
+  return found;
+}
+
 double score_of(const PairRegistration& r) { return r.overlap * std::pow(1.0 - r.in_front.value_or(0.0), 2); }
 
 }  // namespace
@@ -268,20 +308,18 @@ PairRegistration register_pair(const PreparedScan& target, const PreparedScan& s
       return *best;
     }
   }
-  // Candidates are told apart by the middle stage, the best of them gets the full one.
-  std::optional<std::pair<double, RigidTransform>> chosen;
+  // Candidates are told apart by the middle stage, the best of them get the full one.
+  std::vector<PoseCandidate> middles;
   for (const PoseCandidate& candidate : search_poses(target, source, kNumCandidates, control.part(0.0, 0.8))) {
     const SurfelAlignment middle = align_middle(target, source, candidate.pose, true, control);
     const double front =
         share_in_front(target, source, middle.target_from_source, 3.0 * target.fine().distance(), kLookedInFrontOfPose)
             .value_or(0.0);
-    const double score = pose_score(middle, front, target.fine().distance());
-    if (!chosen || score > chosen->first) chosen = {score, middle.target_from_source};
+    middles.push_back({middle.target_from_source, pose_score(middle, front, target.fine().distance())});
   }
-  if (chosen) {
-    PairRegistration found =
-        judge(target, source, align_fully(target, source, chosen->second, options, control), options);
-    found.is_found_by_search = true;
+  std::stable_sort(middles.begin(), middles.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
+  if (!middles.empty()) {
+    PairRegistration found = best_finalist(target, source, middles, options, control);
     if (!best || is_found(found.status) || (!is_found(best->status) && score_of(found) > score_of(*best))) best = found;
   }
   control.report(1.0);

@@ -39,6 +39,7 @@ Json scan_json(const RegisteredScan& s, const std::string& name, const std::vect
   json["covariance_center"] = {s.center.x(), s.center.y(), s.center.z()};
   json["unconstrained_dofs"] = motions_json(s.unconstrained_dofs);
   json["found_by_search"] = s.is_found_by_search;
+  if (s.ambiguous_deg > 0.0) json["ambiguous_deg"] = s.ambiguous_deg;
   return json;
 }
 
@@ -120,6 +121,9 @@ std::vector<std::string> registration_table(const Json& registration) {
                    : short_number_text(rounded(std::sqrt(shift), 3)));
     for (const Json& motion : s.at("unconstrained_dofs"))
       lines.push_back("  unconstrained: " + motion.get<std::string>());
+    if (const double other = s.value("ambiguous_deg", 0.0); other > 0.0)
+      lines.push_back("  warning: it fits nearly as well turned by " + short_number_text(std::round(other)) +
+                      " degrees; if registration.png shows it turned, give its pose with --initial FILE.conf");
   }
   const Json& closure = registration.at("closure");
   const auto length = [&](const char* name) {

@@ -157,7 +157,7 @@ ImageF registration_picture(std::span<const PointCloud> scans, std::span<const R
   return contact_strip(panels, labels, {.columns = 2});
 }
 
-constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same input gives other poses.
+constexpr std::int64_t kStageVersion = 3;  ///< Raised when the same input gives other poses.
 
 bool is_scan_name(const fs::path& path) {
   std::string extension = path.extension().string();

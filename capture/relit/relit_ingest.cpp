@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 5;
+constexpr std::int64_t kStageVersion = 6;
 constexpr std::int64_t kRelitPageVersion = 1;  ///< Version of the page.
 constexpr double kStepWeight = 4.0;            ///< For progress: light is taken out more slowly than a scan is placed.
 constexpr std::array<std::string_view, 2> kRelitPosesNames{"joint", "each"};
@@ -221,13 +221,22 @@ void write_controls(HistoryWriter& writer, const RelitWork& work, const fs::path
       static_cast<double>(percentiles(read_gray(folder / HistoryWriter::map_file("texel_size")), mask, 0.5, 0.5).low));
 }
 
-/// Warnings about steps whose pose was found by a surface of which most has changed.
+/// Warnings about steps whose pose was found by a surface of which most has changed, or that fit in another one too.
 std::vector<HistoryWarning> pose_warnings(const std::vector<RelitStepFacts>& facts) {
   std::vector<HistoryWarning> warnings;
   for (const RelitStepFacts& f : facts) {
-    if (!f.frame || f.pose.status != RelitPose::kMisled || !f.pose.registration) continue;
+    if (!f.frame || !f.pose.registration) continue;
     const RelitRegistration& found = *f.pose.registration;
     const std::string name = "step " + std::to_string(f.step);
+    if (found.ambiguous_deg > 0.0) {
+      warnings.push_back({.about = WarningSubject::Motion,
+                          .text = name + ": its scan fits nearly as well turned by " +
+                                  short_number_text(std::round(found.ambiguous_deg)) + " degrees",
+                          .cure = "give it an `initial` pose, or mark the object with something that stays",
+                          .share = 1.0,
+                          .photos = {name}});
+    }
+    if (f.pose.status != RelitPose::kMisled) continue;
     warnings.push_back(
         {.about = WarningSubject::Motion,
          .text = name + ": only " + fixed_percent_text(found.staying) +

@@ -23,7 +23,8 @@ RelitPose pose_of(const JointRegistration& result, std::size_t scan) {
       .is_found_by_search = found.is_found_by_search,
       .stddev_deg = degrees * std::sqrt(std::max(0.0, found.covariance.topLeftCorner<3, 3>().trace())),
       .stddev_mm = std::sqrt(std::max(0.0, found.covariance.bottomRightCorner<3, 3>().trace())),
-      .staying = found.staying};
+      .staying = found.staying,
+      .ambiguous_deg = found.ambiguous_deg};
   for (const RegistrationEdge& edge : result.edges) {
     const bool is_of_scan = edge.target == static_cast<int>(scan) || edge.source == static_cast<int>(scan);
     if (edge.is_used && is_of_scan) facts.num_pairs += edge.pair.num_pairs;
@@ -54,7 +55,7 @@ void run_relit_joint_poses(const RelitWork& work, const fs::path& folder, const 
   std::vector<std::optional<RigidTransform>> initial;
   for (const std::size_t i : steps) {
     scans.push_back(read_step_scan(work.project, work.project.steps[i]));
-    initial.push_back(i == work.project.reference ? RigidTransform{} : work.project.steps[i].initial);
+    initial.emplace_back(work.project.steps[i].initial.value_or(RigidTransform{}));  // As the scans lie.
   }
   const auto reference = std::find(steps.begin(), steps.end(), work.project.reference) - steps.begin();
   const JointRegistration result = [&] {

@@ -26,7 +26,8 @@ RelitRegistration facts_of(const PairRegistration& r) {
                           .is_found_by_search = r.is_found_by_search,
                           .stddev_deg = degrees * std::sqrt(std::max(0.0, covariance.topLeftCorner<3, 3>().trace())),
                           .stddev_mm = std::sqrt(std::max(0.0, covariance.bottomRightCorner<3, 3>().trace())),
-                          .staying = r.staying};
+                          .staying = r.staying,
+                          .ambiguous_deg = r.ambiguous_deg};
   for (const UnconstrainedDof& motion : r.unconstrained_dofs) facts.unconstrained_dofs.push_back(text_of(motion));
   return facts;
 }

@@ -50,10 +50,15 @@ double number_of(const Json& json) {
 }
 
 Json registration_json(const RelitRegistration& r) {
-  return {{"rms_mm", r.rms_mm},         {"registration_overlap", r.overlap},
-          {"pairs", r.num_pairs},       {"found_by_search", r.is_found_by_search},
-          {"stddev_deg", r.stddev_deg}, {"stddev_mm", r.stddev_mm},
-          {"staying", r.staying},       {"unconstrained_dofs", r.unconstrained_dofs}};
+  return {{"rms_mm", r.rms_mm},
+          {"registration_overlap", r.overlap},
+          {"pairs", r.num_pairs},
+          {"found_by_search", r.is_found_by_search},
+          {"stddev_deg", r.stddev_deg},
+          {"stddev_mm", r.stddev_mm},
+          {"staying", r.staying},
+          {"ambiguous_deg", r.ambiguous_deg},
+          {"unconstrained_dofs", r.unconstrained_dofs}};
 }
 
 /// @param json  May have other members, too. @returns nothing where it has none of these.
@@ -66,6 +71,7 @@ std::optional<RelitRegistration> registration_of(const Json& json) {
                            .stddev_deg = number_of(json.at("stddev_deg")),
                            .stddev_mm = number_of(json.at("stddev_mm")),
                            .staying = json.at("staying").get<double>(),
+                           .ambiguous_deg = json.value("ambiguous_deg", 0.0),
                            .unconstrained_dofs = json.value("unconstrained_dofs", std::vector<std::string>{})};
 }
 

@@ -35,8 +35,9 @@ struct RelitRegistration {
   int num_pairs = 0;
   bool is_found_by_search = false;
   double stddev_deg = 0.0,
-         stddev_mm = 0.0;  ///< Deviation of the pose, as far as the surface that stayed may be misjudged, too.
-  double staying = 1.0;    ///< Share of the surface that lies where the reference's does.
+         stddev_mm = 0.0;      ///< Deviation of the pose, as far as the surface that stayed may be misjudged, too.
+  double staying = 1.0;        ///< Share of the surface that lies where the reference's does.
+  double ambiguous_deg = 0.0;  ///< Degrees by which another pose turns that fits nearly as well; 0 = none.
   std::vector<std::string> unconstrained_dofs = {};  ///< Unconstrained dofs as text_of() says them.
 };
 

@@ -170,7 +170,21 @@ TEST(RegisterPair, FindsAnObjectTurnedByAnyAngle) {
     EXPECT_EQ(found.status, RegistrationStatus::Converged);
     // Noise of 0.05 mm over 10^4 points leaves micrometers.
     EXPECT_LT(largest_gap(part, found.target_from_source * source_from_target, {}), 0.02) << k;
+    EXPECT_EQ(found.ambiguous_deg, 0.0) << k;
   }
+}
+
+TEST(RegisterPair, SaysByWhatTurnASymmetricObjectFitsAsWell) {
+  const auto fourfold = [](double x, double y) { return 4.0 * std::cos(x / 9.0) * std::cos(y / 9.0); };
+  const PointCloud target = scan_of(fourfold, {.noise_mm = 0.05, .seed = 24}),
+                   source = scan_of(fourfold, {.offset = 0.3, .noise_mm = 0.05, .seed = 25});
+  const PairRegistration found = register_pair(target, source, std::nullopt);
+  EXPECT_EQ(found.status, RegistrationStatus::Converged);
+  // A quarter or half a turn, or over onto its other side. Poses are told apart from two degrees on.
+  EXPECT_NEAR(std::remainder(found.ambiguous_deg, 90.0), 0.0, 2.0);
+  EXPECT_GE(found.ambiguous_deg, 88.0);
+  // Whoever knows about where it stands is not asked.
+  EXPECT_EQ(register_pair(target, source, RigidTransform{}).ambiguous_deg, 0.0);
 }
 
 TEST(RegisterPair, AMirroredScanIsNoFit) {

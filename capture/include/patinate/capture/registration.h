@@ -81,6 +81,8 @@ struct PairRegistration {
   int num_pairs = 0;
   int num_iterations = 0;
   bool is_found_by_search = false;
+  /// Degrees by which another pose turns that fits nearly as well; 0 = none was found, or the start was near enough.
+  double ambiguous_deg = 0.0;
 };
 
 /// Symmetric generalized ICP in double precision, recentered and rescaled (surfel_alignment.h), from `start`, else from

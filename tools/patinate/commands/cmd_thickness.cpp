@@ -56,8 +56,7 @@ int cmd_thickness(CommandRun& run) {
       "response", "CURVE",
       "How codes become linear: as the file says (srgb where it says nothing), srgb, linear, or a gamma such as 2.2",
       response);
-  run.line.output("MAP.exr",
-                  "Control map to make: float, channel Y, [0, 1]", output);
+  run.line.output("MAP.exr", "Control map to make: float, channel Y, [0, 1]", output);
   run.line.options(options);
   run.line.example("thickness backlight.png --blank lightbox.png -o thickness.exr");
   if (!run.parse()) return 0;

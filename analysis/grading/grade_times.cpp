@@ -21,8 +21,10 @@ Known known(std::span<const double> times, std::span<const std::optional<GradedF
   return out;
 }
 
-GradeTime time_of(std::size_t grade, double limit, const Known& series, double least) {
+GradeTime time_of(std::size_t grade, double border, const Known& series, double least) {
   GradeTime out{.grade = grade};
+  // What is too little to be seen does not pass a border.
+  const double limit = std::max(border, least);
   const std::size_t n = series.times.size();
   const auto first = [&](double GradedFigure::*end) {
     std::size_t t = 0;
@@ -36,7 +38,7 @@ GradeTime time_of(std::size_t grade, double limit, const Known& series, double l
   if (may_have > 0 && may_have < n) out.earliest = series.times[may_have - 1];
   if (must_have < n) out.latest = series.times[must_have];
   if (passed == n) {
-    out.state = limit < least && may_have < n ? Reached::NotResolved : Reached::NotReached;
+    out.state = border < least && may_have < n ? Reached::NotResolved : Reached::NotReached;
     return out;
   }
   if (passed == 0) {
@@ -46,7 +48,9 @@ GradeTime time_of(std::size_t grade, double limit, const Known& series, double l
   }
   out.state = Reached::Reached;
   const double a = series.figures[passed - 1].value, b = series.figures[passed].value;
-  out.time = series.times[passed - 1] + (limit - a) / (b - a) * (series.times[passed] - series.times[passed - 1]);
+  // More than nothing is more than what the photograph before may have passed over.
+  const double at = border > 0.0 ? limit : std::min(std::max(limit, series.figures[passed - 1].high), b);
+  out.time = series.times[passed - 1] + (at - a) / (b - a) * (series.times[passed] - series.times[passed - 1]);
   return out;
 }
 

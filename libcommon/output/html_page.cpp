@@ -47,19 +47,18 @@ figure.frame { width: 100%; }
 .controls output { min-width: 5rem; text-align: right; font-variant-numeric: tabular-nums; }
 .table { overflow-x: auto; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { text-align: left; white-space: nowrap; padding: 0.35rem 1rem 0.35rem 0; border-bottom: 1px solid var(--line); }
-td:first-child, td:last-child { white-space: normal; }
+th, td { text-align: left; padding: 0.35rem 1rem 0.35rem 0; border-bottom: 1px solid var(--line); }
 td:last-child { padding-right: 0; min-width: 6rem; }
 .wide td:first-child { min-width: 9rem; overflow-wrap: anywhere; }
 .wide td:last-child { min-width: 20rem; }
-th { color: var(--soft); font-weight: 600; }
+th { color: var(--soft); font-weight: 600; vertical-align: bottom; }
 @page { size: A4; margin: 15mm; }
 @media print {
   :root { color-scheme: light; --ink: #000000; --soft: #444444; --line: #bbbbbb; --paper: #ffffff; --card: #ffffff; }
   body { font-size: 10pt; }
   main { max-width: none; padding: 0; }
   .table { overflow: visible; }
-  th, td { white-space: normal; padding-right: 0.5rem; font-size: 8pt; }
+  th, td { padding-right: 0.5rem; font-size: 8pt; }
   tr, figure { break-inside: avoid; }
   h2 { break-after: avoid; }
 }

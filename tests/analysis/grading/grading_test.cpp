@@ -304,6 +304,8 @@ TEST(GradeTimes, LieBetweenPhotographs) {
                                                          GradedFigure{0.1, 0.08, 0.12}, GradedFigure{0.8, 0.7, 0.9}};
   const std::vector<GradeTime> all = grade_times(scale("ri"), times, figures, 0.001, times.back());
   ASSERT_EQ(all.size(), 5u);
+  // Ri 1 begins above nothing: on the line from 0 to 0.02, where it is 0.005, which the first photograph may hide.
+  EXPECT_NEAR(*all[0].time, 25.0, 1e-9);
   // Ri 2 begins above 0.05 %: between 0.02 and 0.1.
   EXPECT_EQ(all[1].state, Reached::Reached);
   EXPECT_NEAR(*all[1].time, 137.5, 1e-9);
@@ -313,6 +315,9 @@ TEST(GradeTimes, LieBetweenPhotographs) {
   EXPECT_FALSE(all[3].earliest);
   EXPECT_NEAR(figure_at(times, figures, 250)->value, 0.45, 1e-12);
   EXPECT_FALSE(figure_at(times, figures, 301));
+  // Where less than 0.03 % cannot be seen, 0.02 % has no grade yet.
+  const std::vector<GradeTime> coarse = grade_times(scale("ri"), times, figures, 0.03, times.back());
+  EXPECT_NEAR(*coarse[0].time, 112.5, 1e-9);
 }
 
 TEST(GradeLimits, AreReadAndSayWhichLineIsWrong) {

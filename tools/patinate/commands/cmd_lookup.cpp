@@ -9,6 +9,7 @@
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/image_control.h"
 #include "libcommon/core/hash.h"
+#include "libcommon/core/input_watch.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_rows.h"
 #include "patinate/atlas/texel_map.h"
@@ -115,6 +116,7 @@ void write_textures(const transfer::TransferFolder& transfer, const LookupComman
   transfer::TextureWriter writer(transfer, {.with_turns = command.looked_up.map == LookedUp::Map::Normal},
                                  control.part(0.0, 0.2));
   for (std::size_t begin = 0; begin < textures.size(); begin += kTogether) {
+    const InputStep step;  // A group looks at the frames that it reads.
     const std::size_t end = std::min(textures.size(), begin + kTogether);
     std::vector<transfer::TextureFile> group;
     for (std::size_t i = begin; i < end; ++i) group.push_back(texture_file(transfer.history(), command, textures[i]));

@@ -52,13 +52,17 @@ Part part_of(const fs::path& file) {
   return name == "mask" || name.ends_with("_mask") || name.starts_with("mask_") ? Part::Mask : Part::Photo;
 }
 
-bool is_image_name(const fs::path& file) {
+}  // namespace
+
+bool may_be_photograph(const fs::path& file) {
   static constexpr std::array<std::string_view, 18> kKnown{".png", ".jpg", ".jpeg", ".tif",  ".tiff", ".webp",
                                                            ".gif", ".bmp", ".tga",  ".heic", ".heif", ".avif",
                                                            ".jp2", ".psd", ".ppm",  ".pgm",  ".exr",  ".mpo"};
   const std::string extension = lower(file.extension().string());
   return is_decoded_apart(file) || std::find(kKnown.begin(), kKnown.end(), extension) != kKnown.end();
 }
+
+namespace {
 
 /// Tells folders that patinate made: they hold no photographs.
 bool is_made(const fs::path& folder) {
@@ -82,7 +86,7 @@ std::vector<FoundImage> look(const fs::path& folder, std::vector<std::string>& t
   std::vector<FoundImage> images;
   for (const fs::path& f : folders) {
     for (const fs::path& file : list_files(f, "*")) {
-      if (!is_image_name(file)) continue;
+      if (!may_be_photograph(file)) continue;
       try {
         const ImageInfo info = probe_image(file);
         if (!info.key.empty() && lower(file.extension().string()) == ".exr") continue;  // A map that patinate made.

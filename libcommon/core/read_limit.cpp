@@ -20,14 +20,19 @@ struct Limit {
   Folders folders;
 };
 
-Limit& limit() {
+Limit& reading() {
   static Limit the_limit;
   return the_limit;
 }
 
-Folders folders_now() {
-  const std::scoped_lock lock(limit().mutex);
-  return limit().folders;
+Limit& writing() {
+  static Limit the_limit;
+  return the_limit;
+}
+
+Folders folders_now(Limit& limit) {
+  const std::scoped_lock lock(limit.mutex);
+  return limit.folders;
 }
 
 /// Both canonical.
@@ -46,7 +51,9 @@ bool is_allowed(const fs::path& path, const std::vector<fs::path>& folders) {
 
 }  // namespace
 
-ReadLimit::ReadLimit(const std::vector<fs::path>& folders) {
+namespace {
+
+void set_folders(Limit& limit, const std::vector<fs::path>& folders) {
   std::vector<fs::path> real;
   for (const fs::path& folder : folders) {
     std::error_code error;
@@ -54,26 +61,40 @@ ReadLimit::ReadLimit(const std::vector<fs::path>& folders) {
     if (error || !fs::is_directory(real.back(), error))
       throw IoError(folder.string(), "is no folder; give one that may be read");
   }
-  const std::scoped_lock lock(limit().mutex);
-  limit().folders = std::make_shared<const std::vector<fs::path>>(std::move(real));
+  const std::scoped_lock lock(limit.mutex);
+  limit.folders = std::make_shared<const std::vector<fs::path>>(std::move(real));
 }
 
-ReadLimit::~ReadLimit() {
-  const std::scoped_lock lock(limit().mutex);
-  limit().folders.reset();
+void forget_folders(Limit& limit) {
+  const std::scoped_lock lock(limit.mutex);
+  limit.folders.reset();
 }
+
+}  // namespace
+
+ReadLimit::ReadLimit(const std::vector<fs::path>& folders) { set_folders(reading(), folders); }
+ReadLimit::~ReadLimit() { forget_folders(reading()); }
+WriteLimit::WriteLimit(const std::vector<fs::path>& folders) { set_folders(writing(), folders); }
+WriteLimit::~WriteLimit() { forget_folders(writing()); }
 
 bool may_read(const fs::path& path) {
-  const Folders folders = folders_now();
+  const Folders folders = folders_now(reading());
   return !folders || is_allowed(path, *folders);
 }
 
 void check_may_read(const fs::path& path) {
-  const Folders folders = folders_now();
+  const Folders folders = folders_now(reading());
   if (!folders || is_allowed(path, *folders)) return;
   throw IoError(path.string(),
                 "lies outside of " + folders->front().string() +
                     ", so it is not shown; serve a folder that holds both, or allow its folder with --allow-folder");
+}
+
+void check_may_write(const fs::path& path) {
+  const Folders folders = folders_now(writing());
+  if (!folders || is_allowed(path.has_parent_path() ? path.parent_path() : fs::path("."), *folders)) return;
+  throw CannotComplete(path.string() + ": lies outside of " + folders->front().string() +
+                       ", so nothing is written there");
 }
 
 }  // namespace patinate

@@ -25,6 +25,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/input_watch.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 
@@ -212,6 +213,7 @@ void require_file_place(const fs::path& path) {
 }
 
 AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
+  check_may_write(path_);
   require_file_place(path_);
   const fs::path folder = folder_of(path_);
   remove_leftovers(folder, path_);

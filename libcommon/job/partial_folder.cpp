@@ -17,6 +17,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/input_watch.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/temporary_file.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
@@ -177,6 +178,7 @@ bool is_partial_whole(const fs::path& partial, const std::string& manifest, cons
 
 PartialFolder::PartialFolder(const fs::path& output, std::string manifest)
     : output_(output), path_(partial_path(output)), manifest_(std::move(manifest)) {
+  check_may_write(path_ / kBook / "lock");  // Both folders may be links.
   lock();
   try {
     const bool is_ours = fs::exists(path_ / kBook) || fs::is_empty(path_) || !manifest_key(path_, manifest_).empty();

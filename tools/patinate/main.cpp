@@ -14,6 +14,7 @@
 #include "patinate_commit.h"
 #include "tools/patinate/command_line/interruption.h"
 #include "tools/patinate/command_line/message_stream.h"
+#include "tools/patinate/command_line/studio_job.h"
 #include "tools/patinate/command_line/verbs.h"
 
 namespace patinate::cli {
@@ -59,6 +60,7 @@ int guarded_main(const std::vector<std::string>& arguments) {
   std::stop_source source;
   stop_on_signals(source);
   try {
+    const StudioJob job;
     return run_verb(arguments, source.get_token());
   } catch (const Canceled&) {
     return report_interruption();

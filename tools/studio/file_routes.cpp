@@ -27,6 +27,12 @@ constexpr std::array kFileTypes{FileType{".json", "application/json"},
                                 FileType{".glb", "model/gltf-binary"},
                                 FileType{".exr", "image/x-exr"},
                                 FileType{".ply", "application/octet-stream"},
+                                FileType{".tif", "image/tiff"},
+                                FileType{".gif", "image/gif"},
+                                FileType{".mp4", "video/mp4"},
+                                FileType{".webm", "video/webm"},
+                                FileType{".usda", "text/plain; charset=utf-8"},
+                                FileType{".usdz", "model/vnd.usdz+zip"},
                                 FileType{".obj", "text/plain; charset=utf-8"}};
 constexpr std::uint64_t kMaxFileBytes = std::uint64_t{1} << 30;
 constexpr int kPreviewWidth = 1024, kMaxPreviewWidth = 8192;
@@ -56,16 +62,16 @@ HttpResponse answer_preview(const Asked& asked) {
   return {.type = "image/jpeg", .body = jpeg_of(preview_of(file, width, image))};
 }
 
-HttpResponse answer_file(const Asked& asked) {
-  const std::filesystem::path file = asked.file();
+HttpResponse answer_file(const Asked& asked) { return file_response(asked.file()); }
+
+HttpResponse file_response(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
   const auto found =
       std::find_if(kFileTypes.begin(), kFileTypes.end(), [&](const FileType& t) { return t.extension == extension; });
   if (found == kFileTypes.end())
-    throw NotFound(
-        "files of this kind are not served; there are json, csv, html, png, jpg, svg, glb, exr, ply, obj and txt");
+    throw NotFound("files of this kind are not served; there are json, csv, html, txt, pictures, movies and models");
   // A page of the folder runs, but as a stranger to the studio: whoever wrote it cannot use the studio's cookie.
   return {.type = std::string(found->type),
           .headers = {{"Content-Security-Policy", "sandbox allow-scripts"}},

@@ -36,6 +36,13 @@ std::string joined(const std::vector<std::string>& words) {
   return text;
 }
 
+/// The file in which `init` says what it has found; "" if there is none.
+std::string hints_of(const fs::path& place) {
+  const fs::path file = capture::capture_file(place).replace_extension(".hints.txt");
+  std::error_code error;
+  return fs::is_regular_file(file, error) ? file.filename().string() : std::string();
+}
+
 void add_history(const SurfaceInTime& surface, Json& json, FactList& facts) {
   const HistoryManifest& m = surface.history().manifest();
   json["width"] = surface.width();
@@ -165,6 +172,7 @@ Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const fs::path
       [[fallthrough]];
     case PlaceKind::Ingest:
       json["steps"] = steps_json(path, kind);
+      if (const std::string hints = hints_of(path); !hints.empty()) json["hints"] = hints;
       json["has_marks"] = kind == PlaceKind::Ingest && !capture::is_relit_capture(capture::capture_file(path));
       break;
     case PlaceKind::Mesh: {

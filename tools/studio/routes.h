@@ -8,6 +8,7 @@
 #include "patinate/core/json.h"
 #include "patinate/core/run_control.h"
 #include "tools/studio/http.h"
+#include "tools/studio/jobs.h"
 #include "tools/studio/live_scene.h"
 #include "tools/studio/painted_transfer.h"
 #include "tools/studio/place.h"
@@ -34,6 +35,7 @@ struct Asked {
   OpenedPlaces& opened;
   LiveScenes& live;
   PaintedTransfers& painted;
+  Jobs& jobs;
   const RequestTarget& target;
   RunControl control;
 
@@ -75,6 +77,17 @@ struct Asked {
 /// Paints the control of a transfer. @throws InvalidInput, IoError, CannotComplete, Canceled
 [[nodiscard]] HttpResponse paint_transfer(const Asked& asked, const std::string& body);
 
+/// The commands that may be started, and what they may be given.
+[[nodiscard]] HttpResponse answer_commands(const Asked& asked);
+[[nodiscard]] HttpResponse answer_jobs(const Asked& asked);
+/// The file that a job has made.
+[[nodiscard]] HttpResponse answer_job_file(const Asked& asked);
+/// Starts a job, or only looks whether it may be started. @throws WrongArgument; InvalidInput, IoError
+[[nodiscard]] HttpResponse start_job(const Asked& asked, const std::string& body);
+[[nodiscard]] HttpResponse cancel_job(const Asked& asked, const std::string& body);
+
+/// A file as it is. @throws NotFound if files of its kind are not served.
+[[nodiscard]] HttpResponse file_response(const std::filesystem::path& file);
 /// Answer of `GET /api/place` about a place. @throws IoError
 [[nodiscard]] Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const std::filesystem::path& path,
                               PlaceKind kind);

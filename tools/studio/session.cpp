@@ -9,6 +9,7 @@
 #include "libcommon/output/html_page.h"
 #include "tools/studio/client/assets.h"
 #include "tools/studio/outside_json.h"
+#include "tools/studio/routes.h"
 
 namespace patinate::studio {
 
@@ -44,7 +45,8 @@ class SessionWriter {
   void add(const std::string& url, HttpResponse (*answer)(const Asked& asked)) {
     asked_.control.throw_if_stopped();
     const RequestTarget target = parse_target(url);
-    add(url, answer(Asked{asked_.folder, asked_.opened, asked_.live, asked_.painted, target, asked_.control}));
+    add(url,
+        answer(Asked{asked_.folder, asked_.opened, asked_.live, asked_.painted, asked_.jobs, target, asked_.control}));
   }
   void add(const std::string& url, const HttpResponse& response) {
     Json headers = Json::object();
@@ -113,7 +115,7 @@ std::string make_session(const Asked& asked, const SessionOptions& options) {
     throw CannotComplete("this patinate was built without the studio's pages; install npm, configure and build again");
   const std::string place = percent_encoded(options.place);
   const RequestTarget named{"", {{"place", options.place}}};
-  const Asked at{asked.folder, asked.opened, asked.live, asked.painted, named, asked.control};
+  const Asked at{asked.folder, asked.opened, asked.live, asked.painted, asked.jobs, named, asked.control};
   const auto [path, kind] = at.place();
   const std::shared_ptr<const SurfaceInTime> surface = asked.opened.open(path, kind);
   const HistoryManifest& history = surface->history().manifest();

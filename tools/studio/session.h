@@ -5,10 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "patinate/core/json.h"
-#include "tools/studio/routes.h"
+#include "patinate/core/run_control.h"
 
 namespace patinate::studio {
+
+struct Asked;
 
 struct SessionOptions {
   std::string place;          ///< A history, transfer or simulation.

@@ -109,7 +109,8 @@ Studio::Studio(ServedFolder folder, StudioOptions options, std::function<void()>
       options_(std::move(options)),
       access_(options_.token, options_.port, options_.hosts),
       quit_(std::move(quit)),
-      live_(folder_, {.num_threads = options_.num_threads, .open_device = options_.open_device}) {}
+      live_(folder_, {.num_threads = options_.num_threads, .open_device = options_.open_device}),
+      jobs_{options_.commands, {folder_.path(), options_.program}} {}
 Studio::~Studio() = default;
 
 HttpResponse Studio::admit(const HttpRequest& request) const {
@@ -132,23 +133,30 @@ struct Studio::Routes {
     HttpResponse (*answer)(const Asked& asked);
   };
   static constexpr std::array kAnswers{
-      Route{"GET", "/api/place", answer_place}, Route{"GET", "/api/texture", answer_texture},
-      Route{"GET", "/api/map", answer_map},     Route{"GET", "/api/curve", answer_curve},
-      Route{"GET", "/api/mesh", answer_mesh},   Route{"GET", "/api/preview", answer_preview},
-      Route{"GET", "/api/file", answer_file},   Route{"GET", "/api/live", answer_live},
-      Route{"GET", "/api/begin", answer_begin}, Route{"GET", "/api/landmarks", answer_landmarks}};
+      Route{"GET", "/api/place", answer_place},       Route{"GET", "/api/texture", answer_texture},
+      Route{"GET", "/api/map", answer_map},           Route{"GET", "/api/curve", answer_curve},
+      Route{"GET", "/api/mesh", answer_mesh},         Route{"GET", "/api/preview", answer_preview},
+      Route{"GET", "/api/file", answer_file},         Route{"GET", "/api/live", answer_live},
+      Route{"GET", "/api/begin", answer_begin},       Route{"GET", "/api/landmarks", answer_landmarks},
+      Route{"GET", "/api/commands", answer_commands}, Route{"GET", "/api/jobs", answer_jobs},
+      Route{"GET", "/api/jobs/file", answer_job_file}};
   struct Taker {
     std::string_view path;
     HttpResponse (*take)(const Asked& asked, const std::string& body);
   };
   static constexpr std::array kTakers{Taker{"/api/landmarks", save_landmarks}, Taker{kUploadPath, save_mesh},
-                                      Taker{"/api/begin", begin_scene}, Taker{"/api/paint", paint_transfer}};
+                                      Taker{"/api/begin", begin_scene},        Taker{"/api/paint", paint_transfer},
+                                      Taker{"/api/jobs", start_job},           Taker{"/api/jobs/cancel", cancel_job}};
 
   static HttpResponse answer(Studio& studio, const HttpRequest& request, const RequestTarget& target,
                              const std::stop_token& gone) {
-    const Asked asked{studio.folder_, studio.opened_,
-                      studio.live_,   studio.painted_,
-                      target,         {.on_progress = {}, .stop = gone, .num_threads = studio.options_.num_threads}};
+    const Asked asked{studio.folder_,
+                      studio.opened_,
+                      studio.live_,
+                      studio.painted_,
+                      studio.jobs_,
+                      target,
+                      {.on_progress = {}, .stop = gone, .num_threads = studio.options_.num_threads}};
     if (const StudioAsset* asset = request.method == "GET" ? find_studio_asset(target.path) : nullptr) {
       return {.type = std::string(asset->type), .body = std::string(asset->bytes)};
     }
@@ -179,6 +187,8 @@ HttpResponse Studio::answer(const HttpRequest& request, const std::stop_token& g
     return secured(error_response(404, e.what()));
   } catch (const Conflict& e) {
     return secured(error_response(409, e.what()));
+  } catch (const WrongArgument& e) {
+    return secured(json_response(Json{{"error", e.what()}, {"argument", e.key()}}, 400));
   } catch (const InputError& e) {
     return secured(error_response(400, e.what()));
   } catch (const std::bad_alloc&) {
@@ -190,7 +200,7 @@ HttpResponse Studio::answer(const HttpRequest& request, const std::stop_token& g
 
 std::string Studio::session(const SessionOptions& options, const RunControl& control) {
   const RequestTarget target;
-  return make_session(Asked{folder_, opened_, live_, painted_, target, control}, options);
+  return make_session(Asked{folder_, opened_, live_, painted_, jobs_, target, control}, options);
 }
 
 std::shared_ptr<WebSocketListener> Studio::open(const HttpRequest& request,
@@ -198,7 +208,7 @@ std::shared_ptr<WebSocketListener> Studio::open(const HttpRequest& request,
   try {
     const RequestTarget target = parse_target(request.target);
     if (target.path != "/api/live") throw NotFound("there is nothing at " + target.path);
-    const auto [path, kind] = Asked{folder_, opened_, live_, painted_, target, {}}.place();
+    const auto [path, kind] = Asked{folder_, opened_, live_, painted_, jobs_, target, {}}.place();
     if (!can_run(kind)) throw InvalidInput(kOnlyScenesRun);
     return live_.open(path, kind, peer);
   } catch (const std::exception& e) {

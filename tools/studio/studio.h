@@ -10,6 +10,7 @@
 
 #include "tools/studio/access.h"
 #include "tools/studio/http.h"
+#include "tools/studio/jobs.h"
 #include "tools/studio/live_scene.h"
 #include "tools/studio/painted_transfer.h"
 #include "tools/studio/served_folder.h"
@@ -26,7 +27,9 @@ struct StudioOptions {
   std::vector<std::string> hosts;  ///< Names that are allowed as Host beside those of this machine.
   int num_threads = 0;             ///< Number of threads of one answer, and of a simulation; 0 = all.
   std::function<std::shared_ptr<const simulation::SimulationDevice>()> open_device =
-      {};  ///< Opens the device as LiveMeans does.
+      {};                        ///< Opens the device as LiveMeans does.
+  JobCommands commands{{}, {}};  ///< That a browser may start.
+  JobProgram program = {};       ///< With which; without a file, none are.
 };
 
 /// Thread-safe.
@@ -56,6 +59,7 @@ class Studio {
   OpenedPlaces opened_;
   PaintedTransfers painted_;
   LiveScenes live_;
+  Jobs jobs_;
 };
 
 }  // namespace patinate::studio

@@ -91,5 +91,17 @@ TEST_F(ReadLimits, HoldsForPicturesAndForBuffersOfMeshes) {
   }
 }
 
+TEST_F(ReadLimits, WritingHasALimitOfItsOwn) {
+  const WriteLimit limit({shown()});
+  write_atomically(shown() / "inner/new.txt", "x");
+  EXPECT_EQ(read_file(other() / "text.txt"), "outside");
+  write_atomically(shown() / "to_outside.txt", "x");  // A link that is replaced leads nowhere.
+  EXPECT_EQ(read_file(other() / "text.txt"), "outside");
+  for (const fs::path& path : {shown() / "outer/new.txt", shown() / "../other/new.txt", other() / "new.txt"}) {
+    EXPECT_THROW(write_atomically(path, "x"), CannotComplete) << path;
+    EXPECT_FALSE(fs::exists(path));
+  }
+}
+
 }  // namespace
 }  // namespace patinate

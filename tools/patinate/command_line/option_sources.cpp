@@ -19,9 +19,10 @@ namespace patinate::cli {
 namespace {
 
 constexpr std::string_view kEnvironmentPrefix = "PATINATE_";
-/// Variables that begin so and are no options: of tests, of decoder_process.h, history_library.h and module.h.
-constexpr std::array<std::string_view, 6> kOtherVariables{"DATA",    "DECODER", "DECODER_SECONDS",
-                                                          "LIBRARY", "MODULES", "OPENCL"};
+/// Variables that begin so and are no options: of tests, of decoder_process.h, history_library.h, module.h and
+/// studio_job.h.
+constexpr std::array<std::string_view, 7> kOtherVariables{"DATA",    "DECODER", "DECODER_SECONDS", "LIBRARY",
+                                                          "MODULES", "OPENCL",  "STUDIO_JOB"};
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),

@@ -17,7 +17,8 @@ namespace patinate::cli {
 using Environment = std::vector<std::pair<std::string, std::string>>;
 
 /// The process' variables that begin with PATINATE_, without that, in alphabetical order; those left out that are no
-/// options (PATINATE_DATA, PATINATE_DECODER, PATINATE_DECODER_SECONDS, PATINATE_MODULES, PATINATE_OPENCL).
+/// options (PATINATE_DATA, PATINATE_DECODER, PATINATE_DECODER_SECONDS, PATINATE_LIBRARY, PATINATE_MODULES,
+/// PATINATE_OPENCL, PATINATE_STUDIO_JOB).
 [[nodiscard]] Environment patinate_environment();
 
 /// Supplies the options of `line` that `environment` names: PATINATE_SPATIAL_SIGMA is --spatial-sigma. Empty variables

@@ -9,6 +9,7 @@
 
 #include "libcommon/core/printable.h"
 #include "tools/patinate/command_line/message_stream.h"
+#include "tools/patinate/command_line/studio_job.h"
 
 namespace patinate::cli {
 
@@ -16,6 +17,7 @@ namespace {
 
 constexpr auto kTerminalInterval = std::chrono::milliseconds(100);
 constexpr auto kPlainInterval = std::chrono::seconds(10);
+constexpr auto kStudioInterval = std::chrono::milliseconds(500);
 constexpr int kBarWidth = 30;
 constexpr std::size_t kLongestLabel = 200;
 
@@ -30,7 +32,11 @@ std::string left_text(std::optional<double> left) {
 }  // namespace
 
 ProgressLine::ProgressLine(const std::string& label)
-    : label_(printable_line(label, kLongestLabel)), is_terminal_(::isatty(::fileno(message_stream())) != 0) {}
+    : label_(printable_line(label, kLongestLabel)),
+      is_terminal_(::isatty(::fileno(message_stream())) != 0),
+      interval_(is_terminal_      ? Clock::duration(kTerminalInterval)
+                : is_studio_job() ? Clock::duration(kStudioInterval)
+                                  : Clock::duration(kPlainInterval)) {}
 
 ProgressLine::~ProgressLine() {
   if (is_shown_ && is_terminal_) std::fputs("\r\033[K", message_stream());
@@ -39,7 +45,7 @@ ProgressLine::~ProgressLine() {
 void ProgressLine::show(double fraction) {
   const auto now = Clock::now();
   left_.add(std::chrono::duration<double>(now - begin_).count(), fraction);
-  if (now - last_ < (is_terminal_ ? Clock::duration(kTerminalInterval) : Clock::duration(kPlainInterval))) return;
+  if (now - last_ < interval_) return;
   last_ = now;
   is_shown_ = true;
   const int percent = static_cast<int>(100.0 * std::clamp(fraction, 0.0, 1.0));

@@ -23,6 +23,7 @@ class ProgressLine {
   using Clock = std::chrono::steady_clock;
   std::string label_;
   bool is_terminal_;
+  Clock::duration interval_;
   bool is_shown_ = false;
   Clock::time_point begin_ = Clock::now();
   Clock::time_point last_ = begin_;

@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -7,15 +8,20 @@
 #include <optional>
 
 #include "app/device/checked_devices.h"
+#include "app/request/history_library.h"
 #include "app/request/output_file.h"
 #include "app/request/usage_error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
+#include "libcommon/core/user_cache.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/interruption.h"
+#include "tools/patinate/command_line/option_sources.h"
+#include "tools/patinate/command_line/studio_job.h"
 #include "tools/patinate/commands/command_words.h"
 #include "tools/patinate/commands/commands.h"
+#include "tools/patinate/commands/studio_commands.h"
 #include "tools/studio/access.h"
 #include "tools/studio/recording.h"
 #include "tools/studio/server.h"
@@ -88,6 +94,35 @@ int save_session(CommandRun& run, const fs::path& folder, const SessionArgument&
   return 0;
 }
 
+std::vector<fs::path> existing_folders(std::vector<fs::path> folders) {
+  std::error_code error;
+  std::erase_if(folders, [&](const fs::path& folder) { return !fs::is_directory(folder, error); });
+  return folders;
+}
+
+/// This program again, with the options of the command line alone. @param readable  The served folder first.
+studio::JobProgram job_program(std::vector<fs::path> readable, std::vector<fs::path> libraries) {
+  const std::string prefix = "PATINATE_";
+  std::vector<std::string> environment;
+  const Environment options = patinate_environment();
+  for (char** entry = ::environ; entry != nullptr && *entry != nullptr; ++entry) {
+    const std::string text(*entry);
+    const bool is_option = std::any_of(options.begin(), options.end(), [&](const auto& option) {
+      return text.starts_with(prefix + option.first + "=");
+    });
+    if (!is_option) environment.push_back(text);
+  }
+  // What a history's analysis or a control's map took long for is kept where the command line keeps it.
+  libraries.insert(libraries.begin(), readable.front());
+  if (const fs::path cache = user_cache_folder(); !cache.empty()) {
+    readable.push_back(cache);
+    libraries.push_back(cache);
+  }
+  environment.push_back(std::string(kStudioJobVariable) + "=" +
+                        studio_job_text({.read = std::move(readable), .written = std::move(libraries)}));
+  return {.file = "/proc/self/exe", .environment = std::move(environment)};
+}
+
 void tell_address(CommandRun& run, int port, const std::string& token, const fs::path& recordings) {
   const std::string number = std::to_string(port), address = "http://127.0.0.1:" + number + "/?token=" + token;
   const std::string tunnel = "ssh -L " + number + ":127.0.0.1:" + number + " " + this_machine();
@@ -135,6 +170,8 @@ int cmd_studio(CommandRun& run) {
   studio::ServedFolder served(folder);
   std::vector<fs::path> readable{served.path()};
   readable.insert(readable.end(), also_read.begin(), also_read.end());
+  const std::vector<fs::path> libraries = existing_folders(app::library_folders());
+  readable.insert(readable.end(), libraries.begin(), libraries.end());
   const fs::path recordings = studio::recording_folder(served);
   const ReadLimit limit(readable);  // also of what histories, scenes and meshes name
   studio::HttpServer server({.port = port.port});
@@ -147,7 +184,9 @@ int cmd_studio(CommandRun& run) {
                          .port = server.port(),
                          .hosts = hosts,
                          .num_threads = run.line.common().threads,
-                         .open_device = [&, say = words_of(run)] { return app::open_simulation_device(device, say); }},
+                         .open_device = [&, say = words_of(run)] { return app::open_simulation_device(device, say); },
+                         .commands = {studio_commands(), check_studio_command},
+                         .program = job_program(readable, libraries)},
                         [&] {
                           has_quit = true;
                           server.stop();

@@ -5,7 +5,8 @@ import type { Curve, PlaceBase, Places } from "./types";
 /// What went wrong, as a sentence for the user.
 export class StudioError extends Error {
   /// @param about  What has failed: a request's path, kServer, or "" for what can only be said once.
-  constructor(message: string, readonly about = "") {
+  /// @param argument  The argument of a command whose value is wrong.
+  constructor(message: string, readonly about = "", readonly argument = "") {
     super(message);
   }
 }
@@ -29,13 +30,15 @@ async function fail(response: Response, about: string): Promise<never> {
     throw new StudioError("The server does not know this browser (any more). Open the address that `patinate studio` printed, with its token.", kServer);
   }
   const text = await response.text().catch(() => "");
-  let message = text;
+  let message = text, argument: string | undefined;
   try {
-    message = (JSON.parse(text) as { error?: string }).error ?? text;
+    const said = JSON.parse(text) as { error?: string; argument?: string };
+    message = said.error ?? text;
+    argument = said.argument;
   } catch {
     // Plain text then.
   }
-  throw new StudioError(message.trim() || `The server answered ${response.status} and said no more.`, about);
+  throw new StudioError(message.trim() || `The server answered ${response.status} and said no more.`, about, argument);
 }
 
 const path_of = (url: string): string => url.split("?")[0]!;

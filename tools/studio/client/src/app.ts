@@ -1,6 +1,7 @@
 // The application: header, addresses (#/PLACE), keys, and one view at a time.
 import { get_place, is_static, kServer, on_answer, on_busy } from "./api";
 import type { HistoryPlace, PlaceBase, StepsPlace } from "./types";
+import { jobs_panel } from "./jobs/jobs_panel";
 import { button, icon_button } from "./ui/controls";
 import { open_help } from "./ui/dialog";
 import { h, replace } from "./ui/dom";
@@ -36,7 +37,8 @@ export class App {
     show_theme();
     const home = h("a", { class: "brand", href: "#/", "aria-label": "patinate studio: all places" }, h("i", { class: "logo", "aria-hidden": "true" }), h("b", {}, "patinate"), h("span", {}, "studio"));
     // What is worked with comes first for Tab and for screen readers; the header stands above it.
-    replace(root, this.body, h("header", { class: "top" }, home, this.crumbs, h("div", { class: "spacer" }), theme, icon_button("help", "Help and keys", open_help, "?")), this.busy, notice_area);
+    replace(root, this.body, h("header", { class: "top" }, home, this.crumbs, h("div", { class: "spacer" }), jobs_panel.opener, theme, icon_button("help", "Help and keys", open_help, "?")), jobs_panel.element, this.busy, notice_area);
+    if (!is_static()) void jobs_panel.look();
     on_answer((path) => { settle(kServer); settle(path); });
     on_busy((num) => this.busy.classList.toggle("on", num > 0));
     window.addEventListener("hashchange", () => void this.open());
@@ -52,6 +54,7 @@ export class App {
     this.view?.dispose();
     this.view = undefined;
     clear_notices();
+    jobs_panel.show(false);  // It would cover what is opened.
     replace(this.crumbs);
     const shown = is_static() ? window.PATINATE_SESSION?.place ?? "" : place;
     if (shown === "") {
@@ -116,6 +119,7 @@ export class App {
     if (is_slider || is_pressed || (event.key.startsWith("Arrow") && target.matches("[role=radio], [role=slider]"))) return;
     const key = key_of(event);
     if (key === "?") open_help();
+    else if (key === "Escape" && jobs_panel.is_open) jobs_panel.show(false);
     else if (key === "t") toggle_theme();
     else if (!this.view?.on_key?.(key)) return;
     event.preventDefault();

@@ -65,6 +65,8 @@ export interface StepsPlace extends PlaceBase {
   mesh?: boolean;
   /// Of a capture: points can be marked in its photographs.
   has_marks?: boolean;
+  /// The file with what `init` has found.
+  hints?: string;
   /// Of a registration.
   scans?: ScanInfo[];
 }
@@ -283,6 +285,56 @@ export interface TilesHeader {
   width: number;
   height: number;
   last: boolean;
+}
+
+/// An argument of a command, as the command describes it.
+export interface JobArgument {
+  key: string;
+  name: string;
+  kind: "positional" | "positionals" | "option" | "repeated" | "flag";
+  type: "text" | "path" | "number" | "integer" | "numbers";
+  form: string;
+  help: string;
+  default: string;
+  value: string;
+  choices: string[];
+  is_closed: boolean;
+  is_required: boolean;
+  is_usual: boolean;
+}
+
+export interface JobCommand {
+  name: string;
+  title: string;
+  brief: string;
+  inputs: { kinds: string[]; title: string; may_be_library: boolean }[];
+  arguments: JobArgument[];
+}
+
+export interface JobCommands {
+  folder: string;
+  commands: JobCommand[];
+  library: { name: string; controls: string[] }[];
+  photographs: string[];
+}
+
+export type JobValues = Record<string, string | string[] | boolean>;
+
+export interface JobInfo {
+  id: number;
+  command: string;
+  line: string;
+  output: string;
+  arguments: JobValues;
+  state: "waiting" | "running" | "done" | "failed" | "canceled";
+  stage: string;
+  share: number | null;
+  left: string;
+  messages: string[];
+  seconds: number;
+  exit_code: number | null;
+  place: string | null;
+  is_file: boolean;
 }
 
 export interface StoredResponse {

@@ -137,7 +137,11 @@ export class Form {
     return h("div", { class: "field" }, h("label", { for: id }, label), input, hint ? h("span", { class: "hint" }, hint) : null, problem);
   }
 
-  private changed(): void {
+  /// Where the value of a pointer is shown.
+  input_of(pointer: string): HTMLElement | undefined { return this.fields.find((field) => field.pointer === pointer)?.input; }
+
+  /// Something has changed: it is checked soon.
+  changed(): void {
     window.clearTimeout(this.timer);
     this.timer = window.setTimeout(() => void this.check(), kCheck_ms);
   }

@@ -21,6 +21,8 @@ const kPaths: Record<string, string> = {
   rotate: "M19.5 12a7.5 7.5 0 1 1-2.4-5.5M17 3v4h-4",
   scale: "M4 14v6h6M20 10V4h-6M4 20l7-7M20 4l-7 7",
   plus: "M12 5v14M5 12h14",
+  jobs: "M4 6h10M4 12h16M4 18h7",
+  copy: "M9 9h11v11H9zM5 15H4V4h11v1",
   close: "M6 6l12 12M18 6L6 18",
   history: "M4 12a8 8 0 1 0 2.4-5.7L4 8.5M4 4v4.5h4.5M12 8v4.5l3 1.8",
   transfer: "M4 8h13l-3.5-3.5M20 16H7l3.5 3.5",

@@ -1,6 +1,7 @@
 // What was done on the way from photographs and scans to data: step by step, each with its pictures.
-import { preview_url } from "../api";
+import { get, preview_url, url_of } from "../api";
 import type { ScanInfo, StepPicture, StepsPlace } from "../types";
+import { job_buttons } from "../jobs/job_buttons";
 import { icon_button } from "../ui/controls";
 import { h, replace } from "../ui/dom";
 import { ScansStage } from "./scans_stage";
@@ -40,7 +41,8 @@ export class CaptureView implements View {
         i === 0 && h("p", {}, step.text)]).flat(),
         h("div", { class: "pictures" }, group.map(({ step, number }) => step.pictures.map((p) => this.tile(p, group.length > 1 ? step.name : p.caption, anchor_of(number, group)))).flat()))));
     this.element = h("main", { class: "capture" }, h("aside", { class: "panel", "aria-label": "Steps" },
-      h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind)), h("nav", { "aria-label": "Steps" }, list), facts_table(place.facts ?? [])), body, this.large);
+      h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind), job_buttons(place)), h("nav", { "aria-label": "Steps" }, list), facts_table(place.facts ?? [])), body, this.large);
+    if (place.hints) void this.show_draft(body, place.hints);
     this.large.addEventListener("click", (e) => { if (e.target === this.large) this.large.close(); });
     this.large.addEventListener("keydown", (e) => {
       if (e.key === "ArrowRight") this.show(this.at + 1);
@@ -50,6 +52,13 @@ export class CaptureView implements View {
 
   dispose(): void {
     this.scans?.dispose();
+  }
+
+  // What `init` has found, and what is to be checked before `ingest`.
+  private async show_draft(body: HTMLElement, path: string): Promise<void> {
+    const text = await get(url_of("/api/file", { place: this.place.place, path })).then((reply) => new TextDecoder().decode(reply.bytes), () => "");
+    const lines = text.split("\n").filter((line) => /^(found|check): /.test(line)).map((line) => line.split(/: (.*)/));
+    if (lines.length > 0) body.prepend(h("section", { class: "draft" }, h("h2", {}, "What the draft says"), h("dl", {}, lines.map(([word, rest]) => [h("dt", { class: word }, word!), h("dd", {}, rest ?? "")]).flat())));
   }
 
   on_key(key: string): boolean {

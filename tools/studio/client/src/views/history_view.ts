@@ -13,6 +13,7 @@ import { OverlayPanel } from "../history/overlay_panel";
 import { PaintPanel } from "../history/paint_panel";
 import { Timebar } from "../history/timebar";
 import { Wipe } from "../history/wipe";
+import { job_buttons } from "../jobs/job_buttons";
 import { color_texture, flat_material, lit_material, SurfaceLook, type Comparison } from "../scene/material";
 import { Hover } from "../scene/hover";
 import { dress, picture_plane, read_glb } from "../scene/mesh_loader";
@@ -183,7 +184,7 @@ export class HistoryView implements View {
     }
     const save = button("Save as one HTML file", () => void this.save_session(), { icon: "download", hint: "A page that opens without a server, for a paper's supplement" });
     this.frame.panel.append(
-      h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind)),
+      h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind), job_buttons(place)),
       compare, this.paint?.element ?? "", section("Color of a place", true, this.curve.element), section("Map over the surface", true, this.overlay.element), section("Regions", false, this.regions.element),
       has_mesh ? section("Light", false, light_controls(this.viewer), exact.element) : this.relief?.element ?? "",
       section("About", false, facts_table(place.facts ?? [])),

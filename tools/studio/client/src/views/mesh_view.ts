@@ -5,6 +5,7 @@ import { read_dressed_glb } from "../scene/dressed_glb";
 import { dress, read_glb } from "../scene/mesh_loader";
 import { Viewer } from "../scene/viewer";
 import { open_age } from "../build/age_dialog";
+import { job_buttons } from "../jobs/job_buttons";
 import type { PlaceBase } from "../types";
 import { button, section, select } from "../ui/controls";
 import { h } from "../ui/dom";
@@ -29,7 +30,7 @@ export class MeshView implements View {
     const name = place.place.split("/").pop() ?? place.name;
     const age = (): void => void open_age(place.place, (scene) => { location.hash = `#/${encodeURIComponent(scene)}?run`; });
     frame.panel.append(h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind)),
-      h("div", { class: "panel-foot" }, button("Age this", age, { kind: "primary", icon: "simulation", hint: "Makes a scene of it that runs: rain and dirt, rust, moss, patina" })), this.looks,
+      h("div", { class: "panel-foot" }, button("Age this", age, { kind: "primary", icon: "simulation", hint: "Makes a scene of it that runs: rain and dirt, rust, moss, patina" }), job_buttons(place)), this.looks,
       section("Light", true, light_controls(this.viewer)), section("About", true, facts_table(place.facts ?? [])),
       h("div", { class: "panel-foot" }, h("a", { class: "button", href: url_of("/api/file", { place: place.place, path: name }), download: name }, icon("download"), "Download")));
     window.patinate = { view: "mesh", viewer: this.viewer, is_ready: () => this.viewer.content.children.length > 0 };

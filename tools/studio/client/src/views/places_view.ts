@@ -1,8 +1,11 @@
 // The start page: everything in the served folder that can be shown.
 import { get_places } from "../api";
 import { choose_mesh, drop_meshes } from "../build/upload";
+import { start_job } from "../jobs/job_buttons";
+import { kJobEnded } from "../jobs/jobs_panel";
 import { Thumbnails } from "../scene/thumbnails";
 import type { Places, PlaceSummary } from "../types";
+import { button } from "../ui/controls";
 import { h, replace } from "../ui/dom";
 import { icon } from "../ui/icons";
 import { failure } from "../ui/notices";
@@ -31,6 +34,8 @@ function age(place: string): void {
   location.hash = `${place_link(place)}?age`;
 }
 
+const photographs = (): HTMLElement => button("Begin with photographs", () => start_job("init", {}), { icon: "ingest", hint: "Drafts a capture from a folder of photographs" });
+
 /// Every second scene is called "scene": then its folder says which it is.
 function title_of({ name, place }: PlaceSummary): string {
   const folders = place.split("/");
@@ -53,6 +58,11 @@ export class PlacesView implements View {
   constructor() {
     window.patinate = { view: "places" };
     drop_meshes(this.element, age);
+    window.addEventListener(kJobEnded, () => this.list(), { signal: this.stop.signal });
+    this.list();
+  }
+
+  private list(): void {
     get_places(this.stop.signal).then((places) => this.show(places), (error: unknown) => {
       if (!this.stop.signal.aborted) replace(this.element, failure("The folder cannot be listed", error instanceof Error ? error.message : String(error)));
     });
@@ -70,7 +80,7 @@ export class PlacesView implements View {
       return;
     }
     const shown = kGroups.map((g) => ({ ...g, places: places.filter((p) => g.kinds.includes(p.kind)) })).filter((g) => g.places.length > 0);
-    replace(this.element, h("div", { class: "places-head" }, h("h1", {}, "What is here"), h("p", { class: "folder" }, folder), h("div", { class: "spacer" }), choose_mesh("Begin with a mesh", age, "primary")),
+    replace(this.element, h("div", { class: "places-head" }, h("h1", {}, "What is here"), h("p", { class: "folder" }, folder), h("div", { class: "spacer" }), photographs(), choose_mesh("Begin with a mesh", age, "primary")),
       shown.map((g) => h("section", { "aria-label": g.title }, h("h2", {}, g.title, h("small", {}, g.text)), h("div", { class: "cards" }, g.places.map((p) => this.card(p))))),
       h("p", { class: "version" }, `patinate ${version}`));
   }
@@ -98,6 +108,7 @@ export class PlacesView implements View {
     return h("div", { class: "nothing" }, h("h1", {}, "Begin with a mesh"),
       h("div", { class: "drop" }, icon("mesh", 44), h("p", {}, "Drop a mesh here, or choose one: OBJ, PLY, STL or GLB."), choose_mesh("Choose a mesh", age, "primary"),
         h("p", { class: "hint" }, "It is copied into ", h("code", {}, folder), ". Then say what ages it: rain and dirt, rust, moss or patina.")),
+      h("div", { class: "actions" }, photographs(), h("span", { class: "hint" }, "A folder of photographs of one surface, copied into this folder, becomes a material history.")),
       h("details", {}, h("summary", {}, "Or make something in the terminal"), h("ul", {},
         command("patinate synth ledge -o ledge", "a wall with sills: a scene to simulate right here"),
         command("patinate synth mold -o mold", "scans and photographs of a copper mold that patinates"),

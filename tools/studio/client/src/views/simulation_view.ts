@@ -8,6 +8,7 @@ import { Brush } from "../simulation/brush";
 import { BrushPanel } from "../simulation/brush_panel";
 import type { SceneContext } from "../simulation/context";
 import { Builder } from "../build/builder";
+import { job_buttons } from "../jobs/job_buttons";
 import { EmittersPanel } from "../simulation/emitters_panel";
 import { Exports, open_export, open_save } from "../simulation/files";
 import { FlowPanel } from "../simulation/flow_panel";
@@ -209,7 +210,7 @@ export class SimulationView implements View, SceneContext {
     stage.append(h("div", { class: "legend-area" }, this.shown.legend_box));
     bar.append(this.run_bar.element);
     const sender = { ask: (op: string, fields: Record<string, unknown>) => this.ask(op, fields) };
-    panel.append(h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, this.place.kind)),
+    panel.append(h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, this.place.kind), this.place.kind === "scene" && job_buttons(this.place)),
       this.steps.element, this.emitters.element, this.brush_panel.element, ...this.flow.elements, this.rules.element, this.appearance.element, this.shown.element, this.place_panel.element, this.outcome_panel.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element, this.builder.element,
       section("About", false, facts_table(this.place.facts ?? [])),
       h("div", { class: "panel-foot" }, button("Save the scene", () => open_save(sender, this), { icon: "save", hint: "As a scene file that patinate simulate reproduces" }),

@@ -230,6 +230,21 @@ class Running(Case):
         self.assertEqual((status, headers["content-type"], data[1:4]), (200, "image/png", b"PNG"))
         job = self.until(self.start("evaluate", {"MAP": ["aged"]}))
         self.assertEqual((job["state"], job["output"]), ("done", "aged_evaluated"), job)
+        self.assertEqual(self.server.get_json("/api/place?place=aged_evaluated")["page"], "evaluation.html")
+        steps = self.server.get_json("/api/place?place=photos_history")["steps"]
+        self.assertEqual([(p.get("place"), p["path"]) for p in steps[0]["pictures"][:2]], [("photos", "0000.png"), (None, "frames/0000.exr")])
+
+    def test_a_history_of_the_library_is_read_but_not_listed(self):
+        self.server.close()
+        shutil.copytree(self.made / "history", self.base / "library/cracks")
+        os.environ["PATINATE_LIBRARY"] = str(self.base / "library")
+        self.addCleanup(os.environ.pop, "PATINATE_LIBRARY")
+        self.open()
+        self.assertIn({"name": "library:cracks", "controls": ["thickness"]}, self.server.get_json("/api/commands")["library"])
+        job = self.until(self.start(arguments={**TRANSFER, "HISTORY": "library:cracks"}))
+        self.assertEqual((job["state"], job["place"], job["line"].split()[2]), ("done", "cracks_urn_aged", "library:cracks"), job)
+        self.assertEqual(self.server.request("/api/texture?place=cracks_urn_aged&time=0")[0], 200)
+        self.assertNotIn("cracks", [place["name"] for place in self.server.get_json("/api/places")["places"]])
 
     def test_a_job_is_canceled_and_resumed(self):
         slow = {**TRANSFER, "resolution": "1024", "quality": "best"}

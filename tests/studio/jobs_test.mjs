@@ -66,7 +66,7 @@ test("photographs become a capture, which says what it has found", async () => {
   assert.match(await page.locator(".draft").innerText(), /found\n4 photographs/);
 });
 
-test("the capture becomes a history", async () => {
+test("the capture becomes a history, with each photograph beside what became of it", async () => {
   await page.getByRole("button", { name: "Ingest" }).click();
   await form_is_ready();
   await dialog().getByRole("switch", { name: "Stabilize" }).click();
@@ -77,6 +77,14 @@ test("the capture becomes a history", async () => {
   await job_is("Ingest: paint_history", "done");
   await card("Ingest: paint_history").getByRole("link", { name: "Open" }).click();
   await history_is_ready(page);
+  await page.getByRole("button", { name: "How it was made" }).click();
+  const pictures = page.getByRole("button", { name: /^Enlarge: (the photograph|what became of it)$/ });
+  await until(page, () => document.querySelectorAll(".capture .pictures img").length >= 8);
+  assert.equal(await pictures.count(), 8);
+  await until(page, () => [...document.querySelectorAll(".capture .pictures img")].slice(0, 2).every((img) => img.naturalWidth > 0));
+  await page.getByRole("button", { name: "Its history" }).click();
+  await page.getByRole("button", { name: "Its report" }).click();
+  await page.waitForSelector("iframe.report-frame");
 });
 
 test("a mesh is aged with it, and what is wrong stands at its field", async () => {

@@ -33,7 +33,8 @@ constexpr std::array kManifests{Manifest{"history.json", PlaceKind::History},
                                 Manifest{"capture.json", PlaceKind::Ingest},
                                 Manifest{"registration.json", PlaceKind::Registration},
                                 Manifest{"unlight.json", PlaceKind::Unlit},
-                                Manifest{"report.html", PlaceKind::Report}};
+                                Manifest{"report.html", PlaceKind::Report},
+                                Manifest{"evaluation.html", PlaceKind::Report}};
 constexpr std::array<std::string_view, 5> kMeshExtensions{".obj", ".ply", ".stl", ".gltf", ".glb"};
 constexpr int kMaxEntries = 20'000, kDepth = 5;
 

@@ -119,7 +119,7 @@ void add_registration(const ServedFolder& folder, const fs::path& path, Json& js
   const auto is_shown = [](const PlacedScan& scan) { return scan.file.has_value(); };
   json["mesh"] = std::any_of(registration.scans.begin(), registration.scans.end(), is_shown);
   json["scans"] = scans_json(registration);
-  json["steps"] = steps_json(path, PlaceKind::Registration);
+  json["steps"] = steps_json(folder, path, PlaceKind::Registration);
   facts.add("Scans", std::to_string(registration.scans.size()) + ", " +
                          std::to_string(std::count_if(registration.scans.begin(), registration.scans.end(), is_shown)) +
                          " shown");
@@ -159,7 +159,8 @@ Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const fs::path
       add_history(*surface, json, facts);
       if (kind == PlaceKind::Transfer) add_transfer(folder, *surface, json, facts);
       if (kind == PlaceKind::Simulation) add_simulation(path, json, facts);
-      if (kind == PlaceKind::History) json["steps"] = steps_json(path, kind);
+      if (fs::is_regular_file(path / "report.html")) json["page"] = "report.html";
+      if (kind == PlaceKind::History) json["steps"] = steps_json(folder, path, kind);
       if (std::error_code error; fs::is_regular_file(path / "relief.json", error))
         json["shows"] = "frame:height";  // Its color is mid gray.
       break;
@@ -171,7 +172,7 @@ Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const fs::path
       add_unlit(path, facts);
       [[fallthrough]];
     case PlaceKind::Ingest:
-      json["steps"] = steps_json(path, kind);
+      json["steps"] = steps_json(folder, path, kind);
       if (const std::string hints = hints_of(path); !hints.empty()) json["hints"] = hints;
       json["has_marks"] = kind == PlaceKind::Ingest && !capture::is_relit_capture(capture::capture_file(path));
       break;
@@ -184,7 +185,7 @@ Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const fs::path
       break;
     }
     case PlaceKind::Report:
-      json["page"] = "report.html";
+      json["page"] = fs::exists(path / "report.html") ? "report.html" : "evaluation.html";
       break;
     case PlaceKind::Scene:
     case PlaceKind::Calibration:

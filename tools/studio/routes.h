@@ -91,7 +91,8 @@ struct Asked {
 /// Answer of `GET /api/place` about a place. @throws IoError
 [[nodiscard]] Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const std::filesystem::path& path,
                               PlaceKind kind);
-/// Steps of an ingest, a registration or an unlit step: [{"name", "text", "pictures": [{"path", "caption"}]}].
-[[nodiscard]] Json steps_json(const std::filesystem::path& path, PlaceKind kind);
+/// Steps of an ingest, a registration or an unlit step: [{"name", "text", "pictures": [{"path", "caption"}]}]. Pictures
+/// of another place have its "place".
+[[nodiscard]] Json steps_json(const ServedFolder& folder, const std::filesystem::path& path, PlaceKind kind);
 
 }  // namespace patinate::studio

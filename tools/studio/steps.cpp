@@ -1,5 +1,7 @@
 // Steps that a capture went through, with their pictures.
+#include <algorithm>
 #include <array>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "capture/project/capture_project.h"
@@ -7,6 +9,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
+#include "libcommon/job/job_record.h"
 #include "patinate/image/image_io.h"
 #include "tools/studio/routes.h"
 
@@ -29,6 +32,14 @@ class StepPictures {
     const fs::path relative = fs::weakly_canonical(path, error).lexically_relative(folder_);
     if (error || relative.empty() || *relative.begin() == ".." || !fs::is_regular_file(path, error)) return;
     json_.push_back({{"path", relative.generic_string()}, {"caption", caption}});
+  }
+  /// One that lies in another place.
+  void add_of(const ServedFolder& served, const fs::path& place, const fs::path& file, const std::string& caption) {
+    std::error_code error;
+    const fs::path folder = fs::is_directory(place, error) ? place : place.parent_path();
+    const fs::path relative = fs::weakly_canonical(file, error).lexically_relative(folder);
+    if (error || relative.empty() || *relative.begin() == ".." || !fs::is_regular_file(file, error)) return;
+    json_.push_back({{"place", served.name_of(place)}, {"path", relative.generic_string()}, {"caption", caption}});
   }
   [[nodiscard]] Json take() { return std::exchange(json_, Json::array()); }
 
@@ -86,14 +97,63 @@ std::string fact_text(const fs::path& file) {
   return text;
 }
 
+/// The capture that an ingest was given, where run.json still leads to it from the folder in which it ran.
+std::optional<fs::path> capture_of(const ServedFolder& served, const fs::path& history) {
+  const auto words = load_json(history / kRunRecordFile).at("command").get<std::vector<std::string>>();
+  const auto output =
+      std::find_if(words.begin(), words.end(), [](const auto& w) { return w == "-o" || w == "--output"; });
+  if (words.end() - output < 2 || words.size() < 3 || words[1] != "ingest" || words[2].starts_with("-")) return {};
+  fs::path made = fs::path(output[1]).lexically_normal(), ran_in = history;
+  if (!made.has_filename()) made = made.parent_path();
+  for (auto part = made.begin(); part != made.end(); ++part) ran_in = ran_in.parent_path();
+  if (made.is_absolute() || ran_in / made != history) return {};
+  const fs::path asked = (ran_in / words[2]).lexically_normal();
+  const std::optional<fs::path> found = served.find(asked.lexically_relative(served.path()).string());
+  if (!found) return {};
+  const fs::path place = found->filename() == "capture.json" ? found->parent_path() : *found;
+  const bool is_fixed =
+      place_kind(place) == PlaceKind::Ingest && !capture::is_relit_capture(capture::capture_file(place));
+  return is_fixed ? std::optional(place) : std::nullopt;
+}
+
+/// Photographs of which frames were made, as they were before.
+class RawPhotographs {
+ public:
+  RawPhotographs(const ServedFolder& served, const fs::path& history) : served_(served) {
+    try {
+      const std::optional<fs::path> capture = capture_of(served, history);
+      if (!capture) return;
+      place_ = *capture;
+      for (const capture::CapturePhoto& photo : capture::read_capture_project(capture::capture_file(place_)).frames) {
+        if (!photo.stream) files_[photo.time] = photo.file;
+      }
+    } catch (const std::exception&) {
+      files_.clear();  // They are not there any more: the frames are shown alone.
+    }
+  }
+  void add(double time, const fs::path& frame, StepPictures& pictures) const {
+    const auto found = files_.find(time);
+    if (found == files_.end()) return;
+    pictures.add_of(served_, place_, found->second, "the photograph");
+    pictures.add(frame, "what became of it");
+  }
+
+ private:
+  const ServedFolder& served_;
+  fs::path place_;
+  std::map<double, fs::path> files_;
+};
+
 /// Records of an ingest beside its history: pictures of every step (relit), or what was found in every photograph
 /// (fixed).
-Json history_steps(const fs::path& folder, StepPictures& pictures) {
+Json history_steps(const ServedFolder& served, const fs::path& folder, StepPictures& pictures) {
   Json steps = Json::array();
   const HistoryManifest m = read_history_manifest(folder);
+  const RawPhotographs raw(served, folder);
   for (std::size_t i = 0; i < m.frames.size() && i < kMaxStepsAtOnce; ++i) {
     const std::string number = zero_padded(i, 4);
     const fs::path report = "report";
+    raw.add(m.frames[i].time, m.frames[i].file, pictures);
     pictures.add(report / ("light_" + number + ".png"), "a photograph in the reference's view");
     pictures.add(report / ("albedo_" + number + ".png"), "albedo");
     pictures.add(report / ("stddev_" + number + ".png"), "standard deviation of the albedo");
@@ -159,7 +219,7 @@ Json unlit_steps(const fs::path& folder, StepPictures& pictures) {
 
 }  // namespace
 
-Json steps_json(const fs::path& path, PlaceKind kind) {
+Json steps_json(const ServedFolder& folder, const fs::path& path, PlaceKind kind) {
   std::error_code error;
   StepPictures pictures(fs::is_directory(path, error) ? path : path.parent_path());
   switch (kind) {
@@ -169,7 +229,7 @@ Json steps_json(const fs::path& path, PlaceKind kind) {
                                              : fixed_capture_steps(capture::read_capture_project(file), pictures);
     }
     case PlaceKind::History:
-      return history_steps(path, pictures);
+      return history_steps(folder, path, pictures);
     case PlaceKind::Registration:
       return registration_steps(pictures);
     case PlaceKind::Unlit:

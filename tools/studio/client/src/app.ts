@@ -78,6 +78,7 @@ export class App {
   private make(info: PlaceBase, mode: string): View {
     const is_live = mode === "live";
     if (mode === "landmarks") return new LandmarksView(info);
+    if (mode === "page") return new ReportView(info);
     if (mode === "steps") return new CaptureView(info as StepsPlace);
     if (info.kind === "report") return new ReportView(info);
     if (info.kind === "scene" || (info.kind === "simulation" && is_live)) return new SimulationView(info, mode === "run");
@@ -94,7 +95,7 @@ export class App {
 
   // Where this is, and what else can be seen of the same place.
   private show_crumbs(info: PlaceBase, mode: string): void {
-    const { steps, live_problem } = info as Partial<StepsPlace> & { live_problem?: string };
+    const { steps, live_problem, page } = info as Partial<StepsPlace> & { live_problem?: string; page?: string };
     const other = (text: string, wanted: string, picture: string, hint: string): HTMLElement =>
       button(text, () => { location.hash = `#/${encodeURIComponent(info.place)}${wanted ? `?${wanted}` : ""}`; }, { kind: "quiet", icon: picture, hint });
     const has_marks = (info as Partial<StepsPlace>).has_marks === true && !is_static();
@@ -104,6 +105,7 @@ export class App {
       has_marks && mode !== "" && other("Its photographs", "", "ingest", "What the project names, step by step"),
       has_time && mode !== "" && other("Its history", "", "history", "Color over time"),
       has_time && mode === "" && steps && steps.length > 0 && other("How it was made", "steps", "ingest", "Photographs, masks and residuals, step by step"),
+      has_time && mode === "" && page !== undefined && other("Its report", "page", "report", "What was found in every photograph, and what was done about it"),
       has_time && mode === "" && info.kind === "simulation" && !live_problem && other("Change it, or resume", "live", "simulation", "Opens it where it ended: other appearance parameters at once; it can resume, or start again"));
   }
 

@@ -56,6 +56,8 @@ export interface HistoryPlace extends PlaceBase {
 }
 
 export interface StepPicture {
+  /// Where it lies, if in another place.
+  place?: string;
   path: string;
   caption: string;
 }

@@ -88,7 +88,7 @@ export class CaptureView implements View {
   private tile(picture: StepPicture, caption: string, id: string | undefined): HTMLElement {
     const number = this.pictures.indexOf(picture);
     return h("figure", { id }, h("button", { type: "button", onclick: () => this.show(number), "aria-label": `Enlarge: ${picture.caption}` },
-      h("img", { src: preview_url(this.place.place, picture.path, kTileWidth), alt: picture.caption, loading: "lazy", decoding: "async" })), h("figcaption", {}, caption));
+      h("img", { src: preview_url(picture.place ?? this.place.place, picture.path, kTileWidth), alt: picture.caption, loading: "lazy", decoding: "async" })), h("figcaption", {}, caption));
   }
 
   private show(number: number): void {
@@ -97,7 +97,7 @@ export class CaptureView implements View {
     this.at = number;
     replace(this.large, h("header", {}, h("span", {}, `${picture.caption}  (${number + 1} of ${this.pictures.length})`), icon_button("back", "Picture before", () => this.show(number - 1), "←"),
       icon_button("step", "Next picture", () => this.show(number + 1), "→"), icon_button("close", "Close", () => this.large.close(), "Esc")),
-      h("img", { src: preview_url(this.place.place, picture.path, kLargeWidth), alt: picture.caption }));
+      h("img", { src: preview_url(picture.place ?? this.place.place, picture.path, kLargeWidth), alt: picture.caption }));
     if (!this.large.open) this.large.showModal();
   }
 }

@@ -55,12 +55,6 @@ std::uint32_t packed(const std::array<std::uint8_t, 3>& rgb, std::uint32_t specu
   return rgb[0] | std::uint32_t{rgb[1]} << 8 | std::uint32_t{rgb[2]} << 16 | specular << 24;
 }
 
-void unpack(std::uint32_t code, std::size_t l, BaseTile& tile) {
-  tile.code[l] = code;
-  for (unsigned c = 0; c < 3; ++c) tile.linear[c][l] = linear16_of_srgb8()[code >> (8 * c) & 255];
-  tile.specular[l] = static_cast<std::int32_t>(((code >> 24) * kOne + 127) / 255);
-}
-
 bool has_pattern(const SceneObject& object) {
   return object.preset.second_color.has_value() && object.preset.color.image.empty();
 }
@@ -110,6 +104,12 @@ std::uint32_t code_of(const SceneObject& object, const MapPlace& place, int x, i
 }
 
 }  // namespace
+
+void unpack(std::uint32_t code, std::size_t l, BaseTile& tile) {
+  tile.code[l] = code;
+  for (unsigned c = 0; c < 3; ++c) tile.linear[c][l] = linear16_of_srgb8()[code >> (8 * c) & 255];
+  tile.specular[l] = static_cast<std::int32_t>(((code >> 24) * kOne + 127) / 255);
+}
 
 struct BaseLayer::ObjectColors {
   const SurfaceParameter* pattern = nullptr;  ///< Null: none.

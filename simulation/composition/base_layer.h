@@ -14,6 +14,9 @@
 
 namespace patinate::simulation::composition {
 
+/// Gives a texel of a tile what a code says (BaseTile::code).
+void unpack(std::uint32_t code, std::size_t texel, BaseTile& tile);
+
 /// Original colors, specular values and heights. Maps are sampled bilinearly at texel centers (a map with the object's
 /// own size in the atlas: copied), pictures of presets repeated by texels; colors become sRGB codes, specular values
 /// codes of 8 bit. Memory: 4 bytes a texel for pages (64 x 64) with color or specular maps, 4 for those with height

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "simulation/layers/crack_relief.h"
+
 namespace patinate::simulation::composition {
 
 namespace {
@@ -34,11 +36,41 @@ void copy_texel(const BaseTile& from, std::size_t texel, BaseTile& to) {
   to.code[texel] = from.code[texel];
 }
 
+/// The layer below the outermost one.
+int next_below(const LayerAtlas& layers, TexelIndex texel) {
+  int layer = layers.tops()[texel] - 1;
+  while (layer > 0 && layers.thickness().amount(layer, texel) == 0) --layer;
+  return layer;
+}
+
+/// Share of the light that comes to the ground of a crack: as much as to that of a groove with walls at right angles
+/// and of half its depth.
+double light_in(const LayerAtlas& layers, TexelIndex texel) {
+  constexpr double kMmPerQuantum = 1e-3 / LayerAtlas::kQuantaPerUm;
+  const int layer = layers.tops()[texel];
+  const double width = crack_width_mm(layers, layer, texel);
+  const double depth = layers.thickness().amount(layer, texel) * kMmPerQuantum;
+  return width > 0.0 ? width / (width + depth) : 0.0;
+}
+
+/// @returns (1 - share) of one code's color and gloss, and the other's by `share`, its color darkened by `light`.
+std::uint32_t mixed(std::uint32_t code, std::uint32_t other, double share, double light) {
+  std::uint32_t out = 0;
+  for (unsigned c = 0; c < 3; ++c) {
+    const double own = linear16_of_srgb8()[code >> (8 * c) & 255], below = linear16_of_srgb8()[other >> (8 * c) & 255];
+    const auto linear = static_cast<std::size_t>((1.0 - share) * own + share * light * below);
+    out |= std::uint32_t{srgb8_of_linear16()[linear >> kSrgbShift]} << (8 * c);
+  }
+  const double gloss = (1.0 - share) * (code >> 24) + share * light * (other >> 24);
+  return out | static_cast<std::uint32_t>(gloss + 0.5) << 24;
+}
+
 }  // namespace
 
 Coats::Coats(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, double quanta_per_mm,
              const RunControl& control) {
   if (!has_layers(scene)) return;
+  texel_mm_ = surface.median_texel_size_mm();
   std::size_t most = 0;
   for (const SceneObject& object : scene.objects) most = std::max(most, object.layers.size());
   Scene coated = without_surfaces(scene);
@@ -74,12 +106,46 @@ void Coats::cover_look(TileIndex tile, Tile& own, ComposeTask& task) const {
   task.base = &own.base;
 }
 
+bool Coats::shows_crack(TexelIndex texel) const {
+  return (layers_->cracked()[texel] >> layers_->tops()[texel] & 1) != 0;
+}
+
+bool Coats::is_cracked(TileIndex tile) const {
+  if (!layers_->has_cracks()) return false;
+  for (TexelIndex t = tile * kTile; t < (tile + 1) * kTile; ++t) {
+    if (shows_crack(t)) return true;
+  }
+  return false;
+}
+
+double Coats::open_share(TexelIndex texel) const {
+  return std::min(1.0, crack_width_mm(*layers_, layers_->tops()[texel], texel) / texel_mm_);
+}
+
+void Coats::draw_cracks(TileIndex tile, const BaseTile& substrate, Tile& own, ComposeTask& task) const {
+  if (task.base != &own.base) own.base = *task.base;
+  task.base = &own.base;
+  for (int below = 0; below + 1 < layers_->num_layers(); ++below) {
+    const BaseTile& look = below == 0 ? substrate : looks_[below - 1].tile(tile, own.buffer);
+    for (std::size_t i = 0; i < kTile; ++i) {
+      const TexelIndex t = tile * kTile + static_cast<TexelIndex>(i);
+      if (!shows_crack(t) || next_below(*layers_, t) != below) continue;
+      own.base.code[i] = mixed(own.base.code[i], look.code[i], open_share(t), light_in(*layers_, t));
+      unpack(own.base.code[i], i, own.base);
+    }
+  }
+}
+
 void Coats::add_heights(TileIndex tile, std::span<const QuantizedAppearance> looks, std::int32_t* heights) const {
   std::array<std::uint16_t, kTile> thickness;
   std::array<std::int64_t, kTile> sum{};
   for (int l = 1; l < layers_->num_layers(); ++l) {
     layers_->thickness().read_tile(l, tile, thickness);
     for (std::size_t i = 0; i < kTile; ++i) sum[i] += thickness[i];
+  }
+  for (std::size_t i = 0; is_cracked(tile) && i < kTile; ++i) {
+    const TexelIndex t = tile * kTile + static_cast<TexelIndex>(i);
+    if (shows_crack(t)) sum[i] -= std::llround(open_share(t) * layers_->thickness().amount(layers_->tops()[t], t));
   }
   for (std::size_t i = 0; i < kTile; ++i)
     heights[i] += static_cast<std::int32_t>((sum[i] * height_scale_ + (1 << (kHeightShift - 1))) >> kHeightShift);
@@ -98,7 +164,9 @@ void Coats::add_heights(TileIndex tile, std::span<const QuantizedAppearance> loo
 
 void Coats::cover(TileIndex tile, std::span<const QuantizedAppearance> looks, Tile& own, ComposeTask& task) const {
   if (layers_ == nullptr) return;
+  const BaseTile& substrate = *task.base;
   cover_look(tile, own, task);
+  if (is_cracked(tile)) draw_cracks(tile, substrate, own, task);
   std::copy_n(task.height, kTile, own.heights);
   add_heights(tile, looks, own.heights);
   task.height = own.heights;

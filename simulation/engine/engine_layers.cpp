@@ -11,33 +11,87 @@ namespace patinate::simulation {
 
 namespace {
 
-/// Planes of a layer: its thickness, its adhesion, and an amount below it for each material that comes there.
+enum class PlaneKind { Thickness, Adhesion, Stress, Crack, Interface };
+
+/// A map of a layer.
 struct LayerPlane {
   int layer = 1;
-  int number = 0;  ///< 0: thickness, 1: adhesion, then of the interface's materials.
+  PlaneKind kind = PlaneKind::Thickness;
+  int material = -1;  ///< At the interface.
 };
 
-LayerPlane plane_at(std::size_t index, const std::vector<int>& materials) {
-  const std::size_t each = 2 + materials.size();
-  return {.layer = 1 + static_cast<int>(index / each), .number = static_cast<int>(index % each)};
+bool does_crack(const LayerAtlas& layers, int layer) {
+  for (int object = 0; object < layers.num_objects(); ++object) {
+    if (layer < layers.num_layers(object) && layers.cracks(object, layer)) return true;
+  }
+  return false;
+}
+
+/// In their order, by layer. @param materials  That come to interfaces.
+std::vector<LayerPlane> planes_of(const LayerAtlas& layers, const std::vector<int>& materials) {
+  std::vector<LayerPlane> planes;
+  for (int l = 1; l < layers.num_layers(); ++l) {
+    for (const PlaneKind kind : {PlaneKind::Thickness, PlaneKind::Adhesion}) planes.push_back({l, kind});
+    for (const int m : materials) planes.push_back({l, PlaneKind::Interface, m});
+    if (!does_crack(layers, l)) continue;
+    for (const PlaneKind kind : {PlaneKind::Stress, PlaneKind::Crack}) planes.push_back({l, kind});
+  }
+  return planes;
 }
 
 template <class Layers>
 auto& quanta_of(Layers& layers, const LayerPlane& plane) {
-  return plane.number == 0   ? layers.thickness()
-         : plane.number == 1 ? layers.adhesion()
-                             : layers.interface_below(plane.layer);
+  switch (plane.kind) {
+    case PlaneKind::Thickness:
+      return layers.thickness();
+    case PlaneKind::Adhesion:
+      return layers.adhesion();
+    case PlaneKind::Stress:
+      return layers.stress();
+    case PlaneKind::Crack:
+      return layers.crack();
+    case PlaneKind::Interface:
+      break;
+  }
+  return layers.interface_below(plane.layer);
 }
 
 /// In place of the material of MaterialAtlas.
-int index_of(const LayerPlane& plane, const std::vector<int>& materials) {
-  return plane.number < 2 ? plane.layer : materials[plane.number - 2];
+int index_of(const LayerPlane& plane) { return plane.kind == PlaneKind::Interface ? plane.material : plane.layer; }
+
+double one_of(const LayerPlane& plane) {
+  return plane.kind == PlaneKind::Thickness ? LayerAtlas::kQuantaPerUm : double{kAmountOne};
 }
 
-double one_of(const LayerPlane& plane) { return plane.number == 0 ? LayerAtlas::kQuantaPerUm : double{kAmountOne}; }
-
 double most_of(const LayerPlane& plane) {
-  return plane.number == 0 ? kMaxThicknessUm : plane.number == 1 ? 1.0 : double{kMaxAmount} / kAmountOne;
+  switch (plane.kind) {
+    case PlaneKind::Thickness:
+      return kMaxThicknessUm;
+    case PlaneKind::Adhesion:
+    case PlaneKind::Crack:
+      return 1.0;
+    case PlaneKind::Stress:
+    case PlaneKind::Interface:
+      break;
+  }
+  return double{kMaxAmount} / kAmountOne;
+}
+
+std::string name_of(const LayerPlane& plane, const std::vector<std::string>& materials) {
+  const std::string layer = "layer" + std::to_string(plane.layer) + ".";
+  switch (plane.kind) {
+    case PlaneKind::Thickness:
+      return layer + "thickness_um";
+    case PlaneKind::Adhesion:
+      return layer + "adhesion";
+    case PlaneKind::Stress:
+      return layer + "stress";
+    case PlaneKind::Crack:
+      return layer + "crack";
+    case PlaneKind::Interface:
+      break;
+  }
+  return layer + "interface." + materials[plane.material];
 }
 
 }  // namespace
@@ -53,21 +107,18 @@ std::string Simulation::state_hash() const {
 
 std::vector<std::string> Simulation::layer_map_names() const {
   std::vector<std::string> names;
-  for (int l = 1; state_->layers && l < state_->layers->num_layers(); ++l) {
-    const std::string layer = "layer" + std::to_string(l) + ".";
-    names.push_back(layer + "thickness_um");
-    names.push_back(layer + "adhesion");
-    for (const int m : state_->interface_materials) names.push_back(layer + "interface." + state_->scene.materials[m]);
-  }
+  if (!state_->layers) return names;
+  for (const LayerPlane& plane : planes_of(*state_->layers, state_->interface_materials))
+    names.push_back(name_of(plane, state_->scene.materials));
   return names;
 }
 
 ImageF Simulation::layer_map(std::size_t index) const {
   const State& s = *state_;
-  const LayerPlane plane = plane_at(index, s.interface_materials);
+  const LayerPlane plane = planes_of(*s.layers, s.interface_materials)[index];
   const LayerAtlas& layers = *s.layers;
   const MaterialAtlas& quanta = quanta_of(layers, plane);
-  const int number = index_of(plane, s.interface_materials);
+  const int number = index_of(plane);
   const TileGrid& grid = s.surface.grid();
   ImageF image(grid.width, grid.height);
   for (int y = 0; y < grid.height; ++y) {
@@ -86,7 +137,7 @@ void Simulation::set_layer_map(std::size_t index, const ImageF& values) {
     throw InvalidInput("the map of a layer is " + size_text(values.width(), values.height()) +
                        " texels; the atlas has " + size_text(grid.width, grid.height));
   }
-  const LayerPlane plane = plane_at(index, s.interface_materials);
+  const LayerPlane plane = planes_of(*s.layers, s.interface_materials)[index];
   const auto most = static_cast<float>(most_of(plane));
   for (const float v : values.values()) {
     if (!(v >= 0.0F && v <= most))
@@ -94,7 +145,7 @@ void Simulation::set_layer_map(std::size_t index, const ImageF& values) {
                          number_text(static_cast<double>(most)) + "]");
   }
   MaterialAtlas& quanta = quanta_of(*s.layers, plane);
-  const int number = index_of(plane, s.interface_materials);
+  const int number = index_of(plane);
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
       const TexelIndex t = grid.index(x, y);
@@ -104,7 +155,7 @@ void Simulation::set_layer_map(std::size_t index, const ImageF& values) {
       s.changed_in[TileGrid::tile_of(t)] = static_cast<std::int32_t>(s.iteration);
     }
   }
-  if (plane.number == 0) s.layers->renew_tops();
+  if (plane.kind == PlaneKind::Thickness || s.layers->has_cracks()) s.layers->renew_tops();
   s.rules->wake_everything();
 }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "patinate/core/error.h"
 #include "simulation/engine/byte_stream.h"
@@ -10,23 +11,29 @@ namespace {
 
 constexpr std::uint64_t kMagic = 0x35304E5354415050ull;          // "PPATSN05": raised with every change of what follows
 constexpr std::uint64_t kMagicOfLayers = 0x36304E5354415050ull;  // "PPATSN06": of a scene with layers, and only of such
+constexpr std::uint64_t kMagicOfCracks = 0x37304E5354415050ull;  // "PPATSN07": of one in which layers crack
 constexpr std::uint64_t kMagicBeforeMet = 0x34304E5354415050ull;      // "PPATSN04": without where gammatons have been
 constexpr std::uint64_t kMagicBeforeWeather = 0x33304E5354415050ull;  // "PPATSN03": without weather, series, trails
 constexpr std::uint64_t kMagicBeforePaint = 0x32304E5354415050ull;    // "PPATSN02": without num_paint_steps
 
-/// f(value) for every number of what a rule does to layers.
+std::uint64_t magic_of(const LayerAtlas* layers) {
+  return layers == nullptr ? kMagic : layers->has_cracks() ? kMagicOfCracks : kMagicOfLayers;
+}
+
+/// f(value) for every number of what a rule does to layers. @param with_stress  Some of them crack.
 template <class R, class F>
-void for_each_share(R& rule, F&& f) {
+void for_each_share(R& rule, bool with_stress, F&& f) {
   for (auto* shares : {&rule.layer_products, &rule.layer_reactants}) {
     for (auto& x : shares->at_interface) f(x);
     f(shares->thickness_um);
     f(shares->adhesion);
+    if (with_stress) f(shares->stress);
   }
 }
 
-void write_shares(ByteWriter& out, const Rule& rule) {
+void write_shares(ByteWriter& out, const Rule& rule, bool with_stress) {
   out.text(rule.layer);
-  for_each_share(rule, [&](double x) { out.value(x); });
+  for_each_share(rule, with_stress, [&](double x) { out.value(x); });
 }
 
 /// Emitters, places, behavior, exchange and rules: what events change.
@@ -62,11 +69,11 @@ void write_scene(ByteWriter& out, const Scene& scene) {
     for (const double x : rule.products) out.value(x);
     for (const double x : rule.reactants) out.value(x);
     out.text(rule.where);
-    if (has_layers(scene)) write_shares(out, rule);
+    if (has_layers(scene)) write_shares(out, rule, has_cracks(scene));
   }
 }
 
-std::vector<Rule> read_rules(ByteReader& in, bool has_weather, bool is_layered) {
+std::vector<Rule> read_rules(ByteReader& in, bool has_weather, const Scene& scene) {
   const auto count = in.value<std::uint64_t>();
   if (count > kMaxRules) throw InvalidInput("the snapshot is damaged");
   std::vector<Rule> rules(static_cast<std::size_t>(count));
@@ -77,9 +84,9 @@ std::vector<Rule> read_rules(ByteReader& in, bool has_weather, bool is_layered) 
     for (double& x : rule.products) in.value(x);
     for (double& x : rule.reactants) in.value(x);
     if (has_weather) rule.where = in.text();
-    if (!is_layered) continue;
+    if (!has_layers(scene)) continue;
     rule.layer = in.text();
-    for_each_share(rule, [&](double& x) { in.value(x); });
+    for_each_share(rule, has_cracks(scene), [&](double& x) { in.value(x); });
   }
   return rules;
 }
@@ -118,7 +125,7 @@ std::size_t read_scene_values(ByteReader& in, Scene& scene, bool has_weather) {
        {&b.bounce, &b.floating, &b.absorb, &b.deceleration_bounce, &b.deceleration_float, &scene.exchange.ratio})
     in.value(*x);
   for (double& x : scene.exchange.rates) in.value(x);
-  scene.rules = read_rules(in, has_weather, has_layers(scene));
+  scene.rules = read_rules(in, has_weather, scene);
   return static_cast<std::size_t>(num_emitters);
 }
 
@@ -148,6 +155,9 @@ template <class Layers, class F>
 void for_each_plane(Layers& layers, F&& f) {
   f(layers.thickness());
   f(layers.adhesion());
+  f(layers.stress());
+  f(layers.next_look());
+  f(layers.crack());
   for (int l = 1; l < layers.num_layers(); ++l) f(layers.interface_below(l));
 }
 
@@ -159,6 +169,21 @@ void write_layers(ByteWriter& out, const LayerAtlas& layers) {
       out.value(sum->low());
     }
   }
+  if (layers.has_cracks()) out.array(layers.tips());
+}
+
+bool are_in(const std::vector<CrackTip>& tips, const LayerAtlas& layers) {
+  const SurfaceAtlas& surface = layers.surface();
+  return std::all_of(tips.begin(), tips.end(), [&](const CrackTip& tip) {
+    if (tip.texel >= surface.grid().num_texels() || !surface.is_covered(tip.texel)) return false;
+    const int object = surface.object(surface.triangle(tip.texel));
+    const std::array<float, 2> lag{tip.place[0] - static_cast<float>(surface.grid().x(tip.texel)),
+                                   tip.place[1] - static_cast<float>(surface.grid().y(tip.texel))};
+    const float length = tip.way[0] * tip.way[0] + tip.way[1] * tip.way[1];
+    return tip.layer >= 1 && static_cast<int>(tip.layer) < layers.num_layers(object) &&
+           layers.cracks(object, static_cast<int>(tip.layer)) && lag[0] >= 0.0F && lag[0] <= 1.0F && lag[1] >= 0.0F &&
+           lag[1] <= 1.0F && std::abs(length - 1.0F) < 1e-3F;
+  });
 }
 
 /// @param layers  As the scene makes them, without the maps of their thickness.
@@ -170,6 +195,8 @@ void read_layers(ByteReader& in, LayerAtlas& layers) {
       *sum = MassSum::from_parts(high, in.value<std::uint32_t>());
     }
   }
+  if (layers.has_cracks()) in.array(layers.tips());
+  if (!are_in(layers.tips(), layers)) throw InvalidInput("the snapshot is damaged, or of another scene");
   layers.renew_tops();
 }
 
@@ -262,7 +289,7 @@ std::vector<std::byte> Simulation::snapshot() const {
   state_->copy_to_host();
   const State& s = *state_;
   ByteWriter out;
-  const std::uint64_t magic = s.layers ? kMagicOfLayers : kMagic;
+  const std::uint64_t magic = magic_of(s.layers.get());
   out.value(magic);
   out.value(static_cast<std::int32_t>(s.scene.resolution));
   out.value(static_cast<std::int32_t>(s.scene.materials.size()));
@@ -305,7 +332,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
     if (in.value<decltype(value)>() != value) throw InvalidInput("the snapshot is of another version or scene");
   };
   const auto magic = in.value<std::uint64_t>();
-  const bool is_newest = magic == (s.layers ? kMagicOfLayers : kMagic);
+  const bool is_newest = magic == magic_of(s.layers.get());
   if (s.layers && !is_newest) throw InvalidInput("the snapshot is of another version or scene");
   const bool has_weather = is_newest || magic == kMagicBeforeMet;
   if (!has_weather && magic != kMagicBeforeWeather && magic != kMagicBeforePaint)

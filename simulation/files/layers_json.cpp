@@ -21,11 +21,22 @@ std::string read_layer_name(const JsonReader& json, const std::vector<Layer>& ot
   return name;
 }
 
+LayerCracks read_cracks(JsonReader json, const std::string& layer, const SceneContext& context, Scene& scene) {
+  LayerCracks cracks;
+  if (json.has("strength"))
+    cracks.strength =
+        read_start_value(json.member("strength"), between(0, kMaxStrength), layer + "_strength", context, scene);
+  if (json.has("relief")) cracks.relief = json.member("relief").number(between(0.1, 1000));
+  if (json.has("shrinkage")) cracks.shrinkage = json.member("shrinkage").number(between(0, 0.5));
+  json.finish();
+  return cracks;
+}
+
 /// @param others  Those below it; none: it is the substrate.
 Layer read_layer(JsonReader json, const SceneContext& context, const std::map<std::string, Preset>& presets,
                  const std::vector<Layer>& others, Scene& scene) {
   Layer layer{.name = read_layer_name(json.member("name"), others)};
-  for (const char* name : {"thickness_um", "adhesion"}) {
+  for (const char* name : {"thickness_um", "adhesion", "cracks"}) {
     if (others.empty() && json.has(name)) json.member(name).fail("none: the first layer is the substrate");
   }
   if (!others.empty()) {
@@ -34,6 +45,7 @@ Layer read_layer(JsonReader json, const SceneContext& context, const std::map<st
     if (json.has("adhesion"))
       layer.adhesion =
           read_start_value(json.member("adhesion"), between(0, 1), layer.name + "_adhesion", context, scene);
+    if (json.has("cracks")) layer.cracks = read_cracks(json.member("cracks"), layer.name, context, scene);
   }
   if (json.has("preset")) {
     layer.look = preset_named(json.member("preset"), presets);

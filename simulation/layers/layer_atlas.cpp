@@ -34,6 +34,8 @@ std::vector<Quanta> layer_quanta(const Scene& scene, Value&& value) {
   return quanta;
 }
 
+std::vector<Quanta> no_quanta(const Scene& scene) { return std::vector<Quanta>(scene.objects.size(), Quanta{}); }
+
 int most_layers(const Scene& scene) {
   std::size_t most = 0;
   for (const SceneObject& object : scene.objects) most = std::max(most, object.layers.size());
@@ -51,14 +53,25 @@ LayerAtlas::LayerAtlas(const SurfaceAtlas& surface, const Scene& scene)
               scene, [](const Layer& layer) { return quanta_of(layer.thickness_um, kMaxThicknessUm, kQuantaPerUm); })),
       adhesion_(surface, num_layers_,
                 layer_quanta(scene, [](const Layer& layer) { return quanta_of(layer.adhesion, 1.0, kAdhesionOne); })),
+      stress_(surface, simulation::has_cracks(scene) ? num_layers_ : 0, no_quanta(scene)),
+      strength_(surface, stress_.num_materials(),
+                layer_quanta(scene,
+                             [](const Layer& layer) {
+                               return layer.cracks ? quanta_of(layer.cracks->strength, kMaxStrength, kAmountOne)
+                                                   : std::uint16_t{0};
+                             })),
+      next_look_(surface, stress_.num_materials(), no_quanta(scene)),
+      crack_(surface, stress_.num_materials(), no_quanta(scene)),
       tops_(num_layers_ == 0 ? 0 : surface.grid().num_texels()),
+      cracked_(stress_.num_materials() == 0 ? 0 : tops_.size()),
+      loose_(cracked_.size()),
       accounts_(scene.objects.size() * kMaxLayers) {
   const auto num_materials = static_cast<int>(scene.materials.size());
-  for (int l = 1; l < num_layers_; ++l)
-    interfaces_.emplace_back(surface, num_materials, std::vector<Quanta>(scene.objects.size(), Quanta{}));
+  for (int l = 1; l < num_layers_; ++l) interfaces_.emplace_back(surface, num_materials, no_quanta(scene));
   for (const SceneObject& object : scene.objects) {
     std::vector<Stacked>& stack = stacks_.emplace_back();
-    for (const Layer& layer : object.layers) stack.push_back({layer.name, layer.look.amounts, layer.look.metalness});
+    for (const Layer& layer : object.layers)
+      stack.push_back({layer.name, layer.look.amounts, layer.look.metalness, layer.cracks});
   }
 }
 
@@ -78,6 +91,32 @@ void LayerAtlas::renew_tops(TileIndex tile) {
     thickness_.read_tile(l, tile, thickness);
     for (std::size_t i = 0; i < TileGrid::kTileTexels; ++i)
       tops[i] = thickness[i] != 0 ? static_cast<std::uint8_t>(l) : tops[i];
+  }
+  if (has_cracks()) renew_cracks(tile);
+}
+
+void LayerAtlas::add_crack(int layer, TexelIndex texel) {
+  crack_.writable_tile(layer, TileGrid::tile_of(texel))[texel % TileGrid::kTileTexels] = kAmountOne;
+  cracked_[texel] |= static_cast<std::uint8_t>(1U << layer);
+}
+
+void LayerAtlas::renew_cracks(TileIndex tile) {
+  const std::size_t first = std::size_t{tile} * TileGrid::kTileTexels;
+  std::fill_n(cracked_.data() + first, TileGrid::kTileTexels, std::uint8_t{0});
+  std::fill_n(loose_.data() + first, TileGrid::kTileTexels, std::uint8_t{0});
+  std::array<std::uint16_t, TileGrid::kTileTexels> crack, thickness, adhesion;
+  for (int l = 1; l < num_layers_; ++l) {
+    const auto bit = static_cast<std::uint8_t>(1U << l);
+    crack_.read_tile(l, tile, crack);
+    thickness_.read_tile(l, tile, thickness);
+    adhesion_.read_tile(l, tile, adhesion);
+    for (std::uint32_t i = 0; i < TileGrid::kTileTexels; ++i) {
+      if (crack[i] != 0) cracked_[first + i] |= bit;
+      if (thickness[i] == 0 || adhesion[i] != 0) continue;
+      const int triangle = surface_->triangle(static_cast<TexelIndex>(first) + i);
+      const std::vector<Stacked>* stack = triangle < 0 ? nullptr : &stacks_[surface_->object(triangle)];
+      if (stack && stack->size() > static_cast<std::size_t>(l) && (*stack)[l].cracks) loose_[first + i] |= bit;
+    }
   }
 }
 
@@ -147,11 +186,17 @@ std::string LayerAtlas::hash() const {
   hash.add(thickness_.hash());
   hash.add(adhesion_.hash());
   for (const MaterialAtlas& interface : interfaces_) hash.add(interface.hash());
+  if (has_cracks()) {
+    hash.add(stress_.hash());
+    hash.add(crack_.hash());
+    hash.add(std::as_bytes(std::span(tips_)));
+  }
   return hash.hex();
 }
 
 std::size_t LayerAtlas::memory() const {
-  std::size_t bytes = thickness_.memory() + adhesion_.memory() + tops_.size();
+  std::size_t bytes = thickness_.memory() + adhesion_.memory() + stress_.memory() + strength_.memory() +
+                      next_look_.memory() + crack_.memory() + tops_.size() + cracked_.size() + loose_.size();
   for (const MaterialAtlas& interface : interfaces_) bytes += interface.memory();
   return bytes;
 }

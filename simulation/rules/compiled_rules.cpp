@@ -178,6 +178,8 @@ class RuleCompiler {
     }
     if (rule.layer_reactants.thickness_um > 0.0) (void)index_in(out_.layer_states, {LayerStateKind::Wear});
     if (rule.layer_reactants.adhesion > 0.0) (void)index_in(out_.layer_states, {LayerStateKind::Loosening});
+    if (rule.layer_products.stress > 0.0 || rule.layer_reactants.stress > 0.0)
+      (void)index_in(out_.layer_states, {LayerStateKind::Stress});
     if (rule.layer.empty() && !rule.changes_layers()) return;
     if (std::find(layers_.names.begin(), layers_.names.end(), rule.layer) == layers_.names.end() &&
         !(rule.layer.empty() && !layers_.names.empty()))
@@ -235,11 +237,13 @@ class RuleCompiler {
     out_.num_slots = std::max(out_.num_slots, rule.driver.num_slots);
     add_materials(rule, from.name, from.products);
     add_interface(rule, from.name, from.layer_products.at_interface);
+    add_state(rule, from.name, {LayerStateKind::Stress}, from.layer_products.stress);
     add_state(rule, from.name, {LayerStateKind::Wear}, from.layer_reactants.thickness_um * kAmountsPerUm);
     add_state(rule, from.name, {LayerStateKind::Loosening}, from.layer_reactants.adhesion);
     rule.form.num_makes = rule.form.num_terms;
     add_materials(rule, from.name, from.reactants);
     add_interface(rule, from.name, from.layer_reactants.at_interface);
+    add_state(rule, from.name, {LayerStateKind::Stress}, from.layer_reactants.stress);
     rule.needs = needs_of(rule, out_.materials.size());
     rule.acts_on_layer = from.changes_layers() || !from.layer.empty();
     rule.target = static_cast<int>(index_in(out_.targets, from.layer));

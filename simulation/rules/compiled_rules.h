@@ -41,6 +41,7 @@ struct CompiledRule {
 enum class LayerStateKind {
   Wear,       ///< kMaxQuanta less the thickness: making it ends where the layer does.
   Loosening,  ///< The same of the adhesion.
+  Stress,     ///< As it is.
   Interface   ///< Amounts below it.
 };
 struct LayerState {

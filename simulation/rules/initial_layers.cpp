@@ -1,7 +1,9 @@
 #include "simulation/rules/initial_layers.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 
 #include "simulation/rules/start_values.h"
 
@@ -9,14 +11,24 @@ namespace patinate::simulation {
 
 namespace {
 
-enum class LayerQuantity { Thickness, Adhesion };
+enum class LayerQuantity { Thickness, Adhesion, Strength };
+constexpr std::array<std::string_view, 3> kQuantityNames{"thickness_um", "adhesion", "cracks/strength"};
+
+/// What a layer states.
+std::vector<LayerQuantity> quantities_of(const Layer& layer) {
+  std::vector<LayerQuantity> quantities{LayerQuantity::Thickness, LayerQuantity::Adhesion};
+  if (layer.cracks) quantities.push_back(LayerQuantity::Strength);
+  return quantities;
+}
 
 StartExpression layer_expression(const Scene& scene, std::size_t object, std::size_t layer, LayerQuantity quantity) {
   const SceneObject& of = scene.objects[object];
-  const bool is_thickness = quantity == LayerQuantity::Thickness;
+  const Layer& stated = of.layers[layer];
   return {.object = object,
-          .text = is_thickness ? of.layers[layer].thickness_um : of.layers[layer].adhesion,
-          .subject = std::string(is_thickness ? "thickness_um" : "adhesion") + " of layer '" + of.layers[layer].name +
+          .text = quantity == LayerQuantity::Thickness  ? stated.thickness_um
+                  : quantity == LayerQuantity::Adhesion ? stated.adhesion
+                                                        : stated.cracks->strength,
+          .subject = std::string(kQuantityNames[static_cast<std::size_t>(quantity)]) + " of layer '" + stated.name +
                      "' of object '" + of.name + "'"};
 }
 
@@ -41,9 +53,11 @@ void lay_quanta(std::size_t object, int layer, TileIndex tile, std::span<const f
 }  // namespace
 
 std::vector<std::string> layer_map_names(const Scene& scene, std::size_t object, std::size_t layer) {
-  std::vector<std::string> names = start_names(scene, layer_expression(scene, object, layer, LayerQuantity::Thickness));
-  for (const std::string& name : start_names(scene, layer_expression(scene, object, layer, LayerQuantity::Adhesion)))
-    names.push_back(name);
+  std::vector<std::string> names;
+  for (const LayerQuantity quantity : quantities_of(scene.objects[object].layers[layer])) {
+    for (const std::string& name : start_names(scene, layer_expression(scene, object, layer, quantity)))
+      names.push_back(name);
+  }
   return names;
 }
 
@@ -57,7 +71,7 @@ void lay_initial_layers(const Scene& scene, const SceneMesh& scene_mesh, LayerAt
   std::vector<Laid> laid;
   for (std::size_t o = 0; o < scene.objects.size(); ++o) {
     for (std::size_t l = 1; l < scene.objects[o].layers.size(); ++l) {
-      for (const LayerQuantity quantity : {LayerQuantity::Thickness, LayerQuantity::Adhesion}) {
+      for (const LayerQuantity quantity : quantities_of(scene.objects[o].layers[l])) {
         expressions.push_back(layer_expression(scene, o, l, quantity));
         laid.push_back({static_cast<int>(l), quantity});
       }
@@ -66,10 +80,17 @@ void lay_initial_layers(const Scene& scene, const SceneMesh& scene_mesh, LayerAt
   evaluate_at_start(
       scene, scene_mesh, layers.surface(), expressions,
       [&](std::size_t i, TileIndex tile, std::span<const float> values) {
-        const bool is_thickness = laid[i].quantity == LayerQuantity::Thickness;
-        lay_quanta(expressions[i].object, laid[i].layer, tile, values, is_thickness ? kMaxThicknessUm : 1.0,
-                   is_thickness ? LayerAtlas::kQuantaPerUm : LayerAtlas::kAdhesionOne,
-                   is_thickness ? layers.thickness() : layers.adhesion());
+        const auto lay = [&](double most, double one, MaterialAtlas& quanta) {
+          lay_quanta(expressions[i].object, laid[i].layer, tile, values, most, one, quanta);
+        };
+        switch (laid[i].quantity) {
+          case LayerQuantity::Thickness:
+            return lay(kMaxThicknessUm, LayerAtlas::kQuantaPerUm, layers.thickness());
+          case LayerQuantity::Adhesion:
+            return lay(1.0, LayerAtlas::kAdhesionOne, layers.adhesion());
+          case LayerQuantity::Strength:
+            return lay(kMaxStrength, kAmountOne, layers.strength());
+        }
       },
       control);
   layers.renew_tops(control);

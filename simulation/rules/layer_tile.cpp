@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace patinate::simulation {
 
@@ -80,6 +81,13 @@ LayerFacts::LayerFacts(const LayerAtlas& layer_atlas, const CompiledRules& compi
   }
 }
 
+void LayerSums::enter(std::span<LayerAccount> accounts) {
+  for (std::size_t i = 0; i < worn.size(); ++i) {
+    accounts[i].worn += std::exchange(worn[i], 0);
+    accounts[i].flaked += std::exchange(flaked[i], 0);
+  }
+}
+
 void LayerTile::load(TileIndex tile) {
   const LayerAtlas& layers = *f_->layers;
   const SurfaceAtlas& surface = layers.surface();
@@ -99,8 +107,10 @@ void LayerTile::load(TileIndex tile) {
   for (int l = 1; l < num_layers_; ++l) {
     read_quanta(layers.thickness(), l, tile, is_uniform, thickness_[l]);
     read_quanta(layers.adhesion(), l, tile, is_uniform, adhesion_[l]);
+    if (layers.has_cracks()) read_quanta(layers.stress(), l, tile, true, stress_[l]);
   }
   has_new_thickness_.fill(false);
+  has_new_stress_.fill(false);
   has_new_adhesion_.fill(false);
   interfaces_.resize(f_->rules->layer_states.size());
   for (std::size_t s = 0; s < interfaces_.size(); ++s) {
@@ -135,10 +145,20 @@ void LayerTile::fill_composition(const std::array<std::uint8_t, kTile>& layer, i
 }
 
 void LayerTile::fill_edge(float* out) const {
+  const LayerAtlas& layers = *f_->layers;
+  if (!layers.has_cracks())
+    return fill_edge([tops = layers.tops()](TexelIndex t, std::int8_t layer) { return tops[t] < layer; }, out);
+  fill_edge([&layers](TexelIndex t,
+                      std::int8_t layer) { return layers.is_open(layer, t) || (layers.loose()[t] >> layer & 1) != 0; },
+            out);
+}
+
+/// @param is_open  is_open(texel, layer): whether the layer ends there.
+template <class IsOpen>
+void LayerTile::fill_edge(IsOpen&& is_open, float* out) const {
   const SurfaceAtlas& surface = f_->layers->surface();
   const TileGrid& grid = surface.grid();
-  const std::span<const std::uint8_t> tops = f_->layers->tops();
-  const auto count = [&](std::size_t i, TexelIndex neighbor) { return tops[neighbor] < acting_[i] ? 1 : 0; };
+  const auto count = [&](std::size_t i, TexelIndex neighbor) { return is_open(neighbor, acting_[i]) ? 1 : 0; };
   const TexelIndex first = tile_ * TileGrid::kTileTexels;
   const int x0 = grid.x(first), y0 = grid.y(first);
   for (std::size_t i = 0; i < kTile; ++i) {
@@ -205,17 +225,43 @@ void LayerTile::fill(const LayerValue& value, const float* slots, float* out) co
       return scaled(kAmountPerQuantum);
     case LayerValueKind::Edge:
       return fill_edge(out);
+    case LayerValueKind::Stress:
+      gather(stress_, quanta);
+      return scaled(kAmountPerQuantum);
+    case LayerValueKind::Crack: {
+      const std::span<const std::uint8_t> cracked = f_->layers->cracked();
+      for (std::size_t i = 0; i < kTile; ++i) {
+        const bool is_cracked =
+            !cracked.empty() && acting_[i] >= 0 && (cracked[tile_ * kTile + i] >> acting_[i] & 1) != 0;
+        out[i] = is_cracked ? 1.0F : 0.0F;
+      }
+    }
   }
+}
+
+const std::array<LayerTile::Quanta, kMaxLayers>& LayerTile::planes_of(std::size_t state) const {
+  switch (f_->rules->layer_states[state].kind) {
+    case LayerStateKind::Wear:
+      return thickness_;
+    case LayerStateKind::Loosening:
+      return adhesion_;
+    case LayerStateKind::Stress:
+      return stress_;
+    case LayerStateKind::Interface:
+      break;
+  }
+  return interfaces_[state].amounts;
+}
+
+std::array<LayerTile::Quanta, kMaxLayers>& LayerTile::planes_of(std::size_t state) {
+  return const_cast<std::array<Quanta, kMaxLayers>&>(std::as_const(*this).planes_of(state));  // own ones
 }
 
 void LayerTile::fill_state(std::size_t state, float* amounts, std::int32_t* quanta) const {
   const LayerStateKind kind = f_->rules->layer_states[state].kind;
   Quanta stored;
-  gather(kind == LayerStateKind::Wear        ? thickness_
-         : kind == LayerStateKind::Loosening ? adhesion_
-                                             : interfaces_[state].amounts,
-         stored);
-  const bool is_rest = kind != LayerStateKind::Interface;
+  gather(planes_of(state), stored);
+  const bool is_rest = kind == LayerStateKind::Wear || kind == LayerStateKind::Loosening;
   for (std::size_t i = 0; i < kTile; ++i) {
     quanta[i] = is_rest ? kMaxStored - stored[i] : stored[i];
     amounts[i] = static_cast<float>(quanta[i]) * kAmountPerQuantum;
@@ -242,13 +288,12 @@ void LayerTile::end(const CompiledRule& rule, const std::int32_t* quanta,
   for (const std::size_t s : rule.states) {
     const LayerStateKind kind = f_->rules->layer_states[s].kind;
     const std::int32_t* now = quanta + (num_materials + s) * kTile;
-    std::array<Quanta, kMaxLayers>& planes = kind == LayerStateKind::Wear        ? thickness_
-                                             : kind == LayerStateKind::Loosening ? adhesion_
-                                                                                 : interfaces_[s].amounts;
+    std::array<Quanta, kMaxLayers>& planes = planes_of(s);
     std::array<bool, kMaxLayers>& is_new = kind == LayerStateKind::Wear        ? has_new_thickness_
                                            : kind == LayerStateKind::Loosening ? has_new_adhesion_
+                                           : kind == LayerStateKind::Stress    ? has_new_stress_
                                                                                : interfaces_[s].is_new;
-    const bool is_rest = kind != LayerStateKind::Interface;
+    const bool is_rest = kind == LayerStateKind::Wear || kind == LayerStateKind::Loosening;
     for (std::size_t i = 0; i < kTile; ++i) {
       if (acting_[i] < 0) continue;
       const auto stored = static_cast<std::uint16_t>(is_rest ? kMaxStored - now[i] : now[i]);
@@ -262,23 +307,43 @@ void LayerTile::end(const CompiledRule& rule, const std::int32_t* quanta,
   }
 }
 
+void LayerTile::drop(std::size_t texel, int layer, LayerSums& sums) {
+  const auto at = tile_ * TileGrid::kTileTexels + static_cast<TexelIndex>(texel);
+  for (int above = layer; above < num_layers_; ++above) {
+    std::uint16_t& thickness = thickness_[above][texel];
+    if (thickness == 0) continue;
+    sums.flaked[LayerAtlas::account_index(object_[texel], above)] +=
+        std::int64_t{thickness} * f_->layers->surface().weight(at);
+    thickness = 0;
+    has_new_thickness_[above] = true;
+  }
+}
+
+bool LayerTile::does_crack(std::size_t texel, int layer) const {
+  const LayerAtlas& layers = *f_->layers;
+  return layers.has_cracks() && layer < layers.num_layers(object_[texel]) && layers.cracks(object_[texel], layer);
+}
+
 /// Before thicknesses are stored.
 void LayerTile::drop_loose_layers(LayerSums& sums) {
-  const SurfaceAtlas& surface = f_->layers->surface();
   for (int l = 1; l < num_layers_; ++l) {
     unsigned any = 0;
     for (std::size_t i = 0; i < kTile; ++i) any |= (thickness_[l][i] != 0 && adhesion_[l][i] == 0) ? 1U : 0U;
     if (any == 0) continue;
     for (std::size_t i = 0; i < kTile; ++i) {
-      if (thickness_[l][i] == 0 || adhesion_[l][i] != 0) continue;
-      for (int above = l; above < num_layers_; ++above) {
-        std::uint16_t& thickness = thickness_[above][i];
-        if (thickness == 0) continue;
-        sums.flaked[LayerAtlas::account_index(object_[i], above)] +=
-            std::int64_t{thickness} * surface.weight(tile_ * TileGrid::kTileTexels + static_cast<TexelIndex>(i));
-        thickness = 0;
-        has_new_thickness_[above] = true;
-      }
+      if (thickness_[l][i] != 0 && adhesion_[l][i] == 0 && !does_crack(i, l)) drop(i, l, sums);
+    }
+  }
+}
+
+void LayerTile::find_loosened(std::vector<LayerTexel>& out) const {
+  const std::uint8_t* loose = f_->layers->loose().data() + std::size_t{tile_} * kTile;
+  for (int l = 1; l < num_layers_; ++l) {
+    if (!has_new_adhesion_[l]) continue;
+    for (std::size_t i = 0; i < kTile; ++i) {
+      if (adhesion_[l][i] == 0 && thickness_[l][i] != 0 && (loose[i] >> l & 1) == 0 && does_crack(i, l))
+        out.push_back({.texel = tile_ * TileGrid::kTileTexels + static_cast<TexelIndex>(i),
+                       .layer = static_cast<std::uint32_t>(l)});
     }
   }
 }
@@ -309,7 +374,8 @@ bool LayerTile::store(LayerAtlas& layers, MaterialAtlas& atlas, LayerSums& sums,
   for (int l = 1; l < num_layers_; ++l) {
     if (has_new_thickness_[l]) write_quanta(thickness_[l], l, tile_, layers.thickness());
     if (has_new_adhesion_[l]) write_quanta(adhesion_[l], l, tile_, layers.adhesion());
-    is_changed = is_changed || has_new_thickness_[l] || has_new_adhesion_[l];
+    if (has_new_stress_[l]) write_quanta(stress_[l], l, tile_, layers.stress());
+    is_changed = is_changed || has_new_thickness_[l] || has_new_adhesion_[l] || has_new_stress_[l];
     for (std::size_t s = 0; s < interfaces_.size(); ++s) {
       const LayerState& state = f_->rules->layer_states[s];
       if (state.kind != LayerStateKind::Interface || !interfaces_[s].is_new[l]) continue;

@@ -9,11 +9,13 @@ namespace {
 
 constexpr std::array<std::pair<std::string_view, LayerValueKind>, 3> kOfMaterials{
     {{"top.", LayerValueKind::Top}, {"below.", LayerValueKind::Below}, {"interface.", LayerValueKind::Interface}}};
-constexpr std::array<std::pair<std::string_view, LayerValueKind>, 4> kOfLayers{
+constexpr std::array<std::pair<std::string_view, LayerValueKind>, 6> kOfLayers{
     {{"thickness", LayerValueKind::Thickness},
      {"depth", LayerValueKind::Depth},
      {"adhesion", LayerValueKind::Adhesion},
-     {"edge", LayerValueKind::Edge}}};
+     {"edge", LayerValueKind::Edge},
+     {"stress", LayerValueKind::Stress},
+     {"crack", LayerValueKind::Crack}}};
 
 }  // namespace
 

@@ -18,6 +18,8 @@ enum class LayerValueKind {
   Depth,      ///< um, of it and all layers above it.
   Adhesion,   ///< Of it, [0, 1].
   Edge,       ///< 1/mm: where it ends beside this place; its rate is then a speed in mm.
+  Stress,     ///< Of it; 0 of one that does not crack.
+  Crack,      ///< 1 where it has a crack.
   Whole       ///< MATERIAL where layers are made of it: the amount, and what the outermost layer has of it.
 };
 

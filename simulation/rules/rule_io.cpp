@@ -31,10 +31,11 @@ constexpr Range kRateRange{.low = 0.0, .high = 1e6};  ///< Ranges of an untruste
 constexpr Range kShareRange{.low = 0.0, .high = 1e3};
 constexpr std::string_view kThickness = "thickness";
 constexpr std::string_view kAdhesion = "adhesion";
+constexpr std::string_view kStress = "stress";
 
 /// Whether products and reactants of this name are of a layer.
 bool is_of_layer(std::string_view name) {
-  return name == kThickness || name == kAdhesion || interface_material(name).has_value();
+  return name == kThickness || name == kAdhesion || name == kStress || interface_material(name).has_value();
 }
 
 struct BuiltIn {
@@ -136,7 +137,9 @@ class ShareResolver {
                                        const std::string& list) const {
     ResolvedShares out;
     for (const auto& [name, share] : shares) {
-      if (!is_of_layer(name)) {
+      const bool is_material =
+          layers_.empty() && std::find(materials_.begin(), materials_.end(), name) != materials_.end();
+      if (is_material || !is_of_layer(name)) {
         out.materials[material(name, name, list)] = share;
         continue;
       }
@@ -144,6 +147,8 @@ class ShareResolver {
         throw InvalidInput(place(list) + "`" + name + "` is of layers, and no object of the scene has any");
       if (const auto of_interface = interface_material(name)) {
         out.layer.at_interface[material(std::string(*of_interface), name, list)] = share;
+      } else if (name == kStress) {
+        out.layer.stress = share;
       } else if (list == "products") {
         throw InvalidInput(place(list) + "a layer's " + name + " only falls; use it in reactants");
       } else {
@@ -305,6 +310,7 @@ std::vector<std::pair<std::string, double>> named_shares(const MaterialValues& v
   for (std::size_t m = 0; m < materials.size(); ++m) add("interface." + materials[m], of_layers.at_interface[m]);
   add(std::string(kThickness), of_layers.thickness_um);
   add(std::string(kAdhesion), of_layers.adhesion);
+  add(std::string(kStress), of_layers.stress);
   return shares;
 }
 

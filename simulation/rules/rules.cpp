@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -14,7 +15,9 @@
 #include "patinate/simulation/weather.h"
 #include "simulation/rules/compiled_rules.h"
 #include "simulation/rules/device_rules.h"
+#include "simulation/rules/layer_cracking.h"
 #include "simulation/rules/layer_tile.h"
+#include "simulation/rules/rule_worker.h"
 #include "simulation/rules/tile_facts.h"
 
 namespace patinate::simulation {
@@ -35,22 +38,6 @@ const RuleKernel& kernel_of(InstructionSet set) {
   return rules_baseline::kKernel;
 }
 
-struct alignas(64) BlockOf64 {
-  std::array<float, TileGrid::kTileTexels> values;
-};
-
-/// Data of one thread; which thread it is shows in no result.
-struct Worker {
-  std::vector<BlockOf64> slots;                      ///< As CompiledRules has them, then the programs' own.
-  std::vector<std::array<std::int32_t, 64>> quanta;  ///< By material, then by state of layers.
-  std::array<std::array<std::int32_t, 64>, kMaxRuleTerms> changes{};
-  std::array<std::int64_t, kMaxMaterials> made{};
-  std::array<std::int64_t, kMaxMaterials> used{};
-  std::optional<LayerTile> layers;  ///< Where there are any.
-  LayerSums sums;
-  std::vector<TileIndex> opened;  ///< Tiles where another layer shows now.
-};
-
 }  // namespace
 
 struct RuleEngine::State : CompiledRules {
@@ -63,13 +50,15 @@ struct RuleEngine::State : CompiledRules {
   std::optional<SignalValues> last_signals;  ///< Signals of the last step, the age left out.
   TileFacts facts;
   std::vector<std::uint64_t> awake;  ///< By page: a bit for each tile.
-  std::vector<Worker> workers;
+  std::vector<RuleWorker> workers;
   std::vector<TileIndex> dirty;
   std::vector<std::size_t> num_dirty;      ///< By chunk.
   std::unique_ptr<DeviceRules> on_device;  ///< State of these rules on a device; null before a device is asked.
   bool is_all_awake_there = true;          ///< It is to be told so.
   LayerAtlas* layers = nullptr;
   LayerFacts layer_facts;
+  std::unique_ptr<LayerCracking> cracking;  ///< Null where no layer cracks.
+  std::vector<TileIndex> more_dirty;        ///< With the tiles that cracks and flakes have changed.
 
   [[nodiscard]] std::size_t first_signal() const { return num_changing() + parameters.size(); }
   [[nodiscard]] SignalValues signals_over(std::int64_t iteration, std::int64_t span) const;
@@ -80,11 +69,14 @@ struct RuleEngine::State : CompiledRules {
   };
   /// @returns false where there is nothing to do.
   [[nodiscard]] bool begin_step(std::int64_t iteration, StepFacts& step);
-  [[nodiscard]] bool age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& worker, bool& is_dirty) const;
+  [[nodiscard]] bool age_tile(TileIndex tile, MaterialAtlas& atlas, RuleWorker& worker, bool& is_dirty) const;
   /// Enters what a step has done to layers, and wakes what is beside those that are gone.
-  void enter_layers();
+  void enter_layers(MaterialAtlas& atlas, const RunControl& control);
+  /// Rising, of the last step.
+  [[nodiscard]] std::span<const TileIndex> dirty_tiles();
+  void wake_beside(TileIndex tile);
   /// @returns a bit for each material slot of which there is some.
-  std::uint32_t load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const;
+  std::uint32_t load(TileIndex tile, const MaterialAtlas& atlas, RuleWorker& worker) const;
   /// The amounts of a slot: where they are stored, else in `originals`.
   [[nodiscard]] const std::uint16_t* amounts_of(std::size_t slot, TileIndex tile, const MaterialAtlas& atlas,
                                                 std::array<std::uint16_t, TileGrid::kTileTexels>& originals) const;
@@ -95,8 +87,8 @@ struct RuleEngine::State : CompiledRules {
   }
   /// Those of a chunk that are awake and due: tile % kEpoch == phase. @returns how many.
   std::size_t due_tiles(std::int64_t chunk, int phase, TileIndex* tiles) const;
-  void begin(Worker& worker, const SignalValues& signals) const;
-  void age_chunk(std::int64_t chunk, int phase, MaterialAtlas& atlas, Worker& worker);
+  void begin(RuleWorker& worker, const SignalValues& signals) const;
+  void age_chunk(std::int64_t chunk, int phase, MaterialAtlas& atlas, RuleWorker& worker);
   /// Settles a tile that was aged.
   void settle(std::int64_t chunk, TileIndex tile, bool has_extent, bool is_dirty);
   /// Asks memory for what load() will read: tiles that are due at once lie a kilobyte apart, which no processor
@@ -127,6 +119,7 @@ RuleEngine::RuleEngine(std::span<const Rule> rules, std::span<const std::string>
   s.seed = seed;
   s.facts = TileFacts(surface);
   s.layers = layers;
+  if (layers && layers->has_cracks()) s.cracking = std::make_unique<LayerCracking>(*layers, seed);
   set_rules(rules, materials, std::move(parameters));
 }
 
@@ -209,7 +202,7 @@ const std::uint16_t* RuleEngine::State::amounts_of(std::size_t slot, TileIndex t
   return originals.data();
 }
 
-std::uint32_t RuleEngine::State::load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const {
+std::uint32_t RuleEngine::State::load(TileIndex tile, const MaterialAtlas& atlas, RuleWorker& worker) const {
   alignas(64) std::array<std::uint16_t, TileGrid::kTileTexels> originals;
   std::uint32_t there = 0;
   for (std::size_t k = 0; k < materials.size(); ++k) {
@@ -225,7 +218,7 @@ std::uint32_t RuleEngine::State::load(TileIndex tile, const MaterialAtlas& atlas
 }
 
 /// @returns whether some rule has an extent there.
-bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& worker, bool& is_dirty) const {
+bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, RuleWorker& worker, bool& is_dirty) const {
   std::uint32_t there = load(tile, atlas, worker);
   alignas(64) std::array<float, TileGrid::kTileTexels> covered;
   facts.covered(tile, covered);
@@ -266,6 +259,7 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
   bool is_opened = false;
   is_dirty = worker.layers->store(*layers, atlas, worker.sums, is_opened) || is_dirty;
   if (is_opened) worker.opened.push_back(tile);
+  if (cracking) cracking->find(tile, *worker.layers, worker.cracking);
   return has_extent;
 }
 
@@ -300,7 +294,7 @@ void RuleEngine::State::settle(std::int64_t chunk, TileIndex tile, bool has_exte
   if (is_dirty) dirty[c * kChunkTiles + num_dirty[c]++] = tile;
 }
 
-void RuleEngine::State::begin(Worker& worker, const SignalValues& signals) const {
+void RuleEngine::State::begin(RuleWorker& worker, const SignalValues& signals) const {
   if (worker.slots.empty()) {
     worker.slots.resize(num_slots);
     worker.quanta.resize(std::max<std::size_t>(1, num_changing()));
@@ -314,7 +308,7 @@ void RuleEngine::State::begin(Worker& worker, const SignalValues& signals) const
   for (std::size_t k = 0; k < kNumSignals; ++k) worker.slots[first_signal() + k].values.fill(signals[k]);
 }
 
-void RuleEngine::State::age_chunk(std::int64_t chunk, int phase, MaterialAtlas& atlas, Worker& worker) {
+void RuleEngine::State::age_chunk(std::int64_t chunk, int phase, MaterialAtlas& atlas, RuleWorker& worker) {
   std::array<TileIndex, kChunkTiles> tiles;
   const std::size_t num_tiles = due_tiles(chunk, phase, tiles.data());
   for (std::size_t i = 0; i < num_tiles; ++i) {
@@ -349,40 +343,55 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
   const std::int64_t num_workers = std::min<std::int64_t>(thread_count(threads), num_chunks);
   if (s.workers.size() < static_cast<std::size_t>(num_workers)) s.workers.resize(num_workers);
   parallel_for(num_workers, 1, threads, [&](std::int64_t w, std::int64_t) {
-    Worker& worker = s.workers[w];
+    RuleWorker& worker = s.workers[w];
     s.begin(worker, step.signals);
     for (std::int64_t chunk = next++; chunk < num_chunks; chunk = next++) s.age_chunk(chunk, step.phase, atlas, worker);
   });
-  std::size_t num_dirty = 0;
-  for (std::size_t c = 0; c < static_cast<std::size_t>(num_chunks); ++c) {
-    std::copy_n(s.dirty.begin() + static_cast<std::ptrdiff_t>(c * kChunkTiles), s.num_dirty[c],
-                s.dirty.begin() + static_cast<std::ptrdiff_t>(num_dirty));
-    num_dirty += s.num_dirty[c];
-  }
-  report.dirty_tiles = std::span<const TileIndex>(s.dirty).first(num_dirty);
-  for (Worker& worker : s.workers) {
+  if (s.layers) s.enter_layers(atlas, threads);
+  report.dirty_tiles = s.dirty_tiles();
+  for (RuleWorker& worker : s.workers) {
     for (std::size_t m = 0; m < kMaxMaterials; ++m) {
       report.made[m] += std::exchange(worker.made[m], 0);
       report.used[m] += std::exchange(worker.used[m], 0) + std::exchange(worker.sums.overflow[m], 0);
     }
   }
-  if (s.layers) s.enter_layers();
   return report;
 }
 
-void RuleEngine::State::enter_layers() {
-  for (Worker& worker : workers) {
-    for (std::size_t i = 0; i < worker.sums.worn.size(); ++i) {
-      layers->accounts()[i].worn += std::exchange(worker.sums.worn[i], 0);
-      layers->accounts()[i].flaked += std::exchange(worker.sums.flaked[i], 0);
-    }
+std::span<const TileIndex> RuleEngine::State::dirty_tiles() {
+  std::size_t num = 0;
+  for (std::size_t c = 0; c < num_dirty.size(); ++c) {
+    std::copy_n(dirty.begin() + static_cast<std::ptrdiff_t>(c * kChunkTiles), num_dirty[c],
+                dirty.begin() + static_cast<std::ptrdiff_t>(num));
+    num += num_dirty[c];
+  }
+  const std::span<const TileIndex> aged = std::span<const TileIndex>(dirty).first(num);
+  if (more_dirty.empty()) return aged;
+  std::vector<TileIndex> all;
+  std::set_union(aged.begin(), aged.end(), more_dirty.begin(), more_dirty.end(), std::back_inserter(all));
+  more_dirty = std::move(all);
+  return more_dirty;
+}
+
+void RuleEngine::State::wake_beside(TileIndex tile) {
+  for (const TileIndex each : tiles_at(tile, layers->surface()))
+    awake[each / TileGrid::kPageTiles] |= std::uint64_t{1} << each % TileGrid::kPageTiles;
+}
+
+void RuleEngine::State::enter_layers(MaterialAtlas& atlas, const RunControl& control) {
+  LayerCracking::Finds finds;
+  for (RuleWorker& worker : workers) {
     for (const TileIndex tile : worker.opened) {
       layers->renew_tops(tile);
-      for (const TileIndex each : tiles_at(tile, layers->surface()))
-        awake[each / TileGrid::kPageTiles] |= std::uint64_t{1} << each % TileGrid::kPageTiles;
+      wake_beside(tile);
     }
     worker.opened.clear();
+    finds.take(worker.cracking);
   }
+  RuleWorker& first = workers.front();
+  if (cracking) more_dirty = cracking->step(std::move(finds), *first.layers, atlas, first.sums, control);
+  for (const TileIndex tile : more_dirty) wake_beside(tile);
+  for (RuleWorker& worker : workers) worker.sums.enter(layers->accounts());
 }
 
 bool RuleEngine::can_step_there() const {

@@ -106,7 +106,7 @@ void check_objects(const Scene& scene) {
 }
 
 /// Names that a layer takes from materials and maps, since drivers mean it by them.
-constexpr std::array<std::string_view, 4> kNamesOfLayers{"thickness", "depth", "adhesion", "edge"};
+constexpr std::array<std::string_view, 6> kNamesOfLayers{"thickness", "depth", "adhesion", "edge", "stress", "crack"};
 
 void check_layers(const Scene& scene) {
   for (const SceneObject& object : scene.objects) {
@@ -123,6 +123,9 @@ void check_layers(const Scene& scene) {
         throw InvalidInput("two layers" + of + " are called '" + layer.name + "'; names are unique");
       for (const double amount : layer.look.amounts)
         check_range("an amount of layer '" + layer.name + "'" + of, amount, 0.0, kMostAmount);
+      if (!layer.cracks) continue;
+      check_range("the relief of layer '" + layer.name + "'" + of, layer.cracks->relief, 0.1, 1000.0);
+      check_range("the shrinkage of layer '" + layer.name + "'" + of, layer.cracks->shrinkage, 0.0, 0.5);
     }
   }
   if (!has_layers(scene)) return;
@@ -141,6 +144,7 @@ void check_shares(const Rule& rule) {
     for (const double share : shares->at_interface) check_range("what lies at an interface" + of, share, 0.0, 1e3);
     check_range("the thickness" + of, shares->thickness_um, 0.0, 1e3);
     check_range("the adhesion" + of, shares->adhesion, 0.0, 1e3);
+    check_range("the stress" + of, shares->stress, 0.0, 1e3);
   }
   if (rule.layer_products.thickness_um > 0.0 || rule.layer_products.adhesion > 0.0)
     throw InvalidInput("products" + of + ": a layer's thickness and adhesion only fall; name them in reactants");
@@ -230,6 +234,8 @@ void check_scene(const Scene& scene) {
     for (const double share : rule.products) check_range("products of rule '" + rule.name + "'", share, 0.0, 1e3);
     for (const double share : rule.reactants) check_range("reactants of rule '" + rule.name + "'", share, 0.0, 1e3);
     check_shares(rule);
+    if ((rule.layer_products.stress > 0.0 || rule.layer_reactants.stress > 0.0) && !has_cracks(scene))
+      throw InvalidInput("rule '" + rule.name + "' changes the stress of a layer, and no layer has \"cracks\"");
   }
   for (const EventSeries& series : scene.series) {
     check_range("the beginning of a series of events", series.first, 0.0, 1e12);
@@ -244,7 +250,7 @@ void check_scene(const Scene& scene) {
 }
 
 bool LayerShares::has_any() const {
-  return thickness_um > 0.0 || adhesion > 0.0 ||
+  return thickness_um > 0.0 || adhesion > 0.0 || stress > 0.0 ||
          std::any_of(at_interface.begin(), at_interface.end(), [](double share) { return share > 0.0; });
 }
 
@@ -260,6 +266,12 @@ std::vector<std::string> layer_names(const Scene& scene) {
 }
 
 bool has_layers(const Scene& scene) { return !layer_names(scene).empty(); }
+
+bool has_cracks(const Scene& scene) {
+  return std::any_of(scene.objects.begin(), scene.objects.end(), [](const SceneObject& object) {
+    return std::any_of(object.layers.begin(), object.layers.end(), [](const Layer& l) { return l.cracks.has_value(); });
+  });
+}
 
 std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials) {
   std::vector<std::string> names{"hits", "last_hit", "residence"};

@@ -106,6 +106,11 @@ TEST(LayersJson, SaysWhereAndWhatIsWrong) {
   expect(with(layers + "/2/thickness_um", "80*wornn"), layers + "/2", "unknown map `wornn`");
   expect(with(layers + "/1/adhesion", 1.5), layers + "/1/adhesion", "1.5");
   expect(with(layers + "/0/thickness_um", 3), layers + "/0/thickness_um", "the first layer is the substrate");
+  expect(with(layers + "/0/cracks", Json::object()), layers + "/0/cracks", "the first layer is the substrate");
+  expect(with(layers + "/1/cracks", {{"relief", 0}}), layers + "/1/cracks/relief", "0");
+  expect(with(layers + "/1/cracks", {{"strenght", 1}}), layers + "/1/cracks", "strenght");
+  expect(with(layers + "/1/cracks", {{"strength", "1 + wornn"}}), layers + "/1", "unknown map `wornn`");
+  expect(with("/rules/0/products", {{"stress", 1}}), "painted.json", "no layer has \"cracks\"");
   expect(with(layers + "/2/name", "primer"), layers + "/2/name", "names of layers that differ");
   expect(with(layers + "/0/preset", "irn"), layers + "/0/preset", "did you mean `iron`");
   expect(with("/objects/0/layers", Json::parse(R"([{"name": "steel"}])")), "/objects/0/preset", "no preset beside");
@@ -122,6 +127,22 @@ TEST(LayersJson, SaysWhereAndWhatIsWrong) {
   Json none = painted_scene();
   none["objects"][0]["preset"] = "iron";
   expect(says(none), "/rules/0", "`thickness` is of layers, and no object of the scene has any");
+}
+
+TEST(LayersJson, HaveCracksWithDefaults) {
+  Json json = painted_scene();
+  Json& layers = json["presets"]["painted_steel"]["layers"];
+  layers[1]["cracks"] = Json::object();
+  layers[2]["cracks"] = {{"strength", "0.5 + accessibility"}, {"relief", 20}, {"shrinkage", 0.1}};
+  json["rules"][0]["products"] = {{"stress", 0.5}};
+  const Scene scene = read_painted(json);
+  EXPECT_FALSE(scene.objects[0].layers[0].cracks);
+  EXPECT_EQ(scene.objects[0].layers[1].cracks->strength, "1");
+  EXPECT_EQ(scene.objects[0].layers[1].cracks->relief, LayerCracks{}.relief);
+  EXPECT_EQ(scene.objects[0].layers[2].cracks->strength, "0.5 + accessibility");
+  EXPECT_EQ(scene.objects[0].layers[2].cracks->relief, 20.0);
+  EXPECT_EQ(scene.objects[0].layers[2].cracks->shrinkage, 0.1);
+  EXPECT_EQ(scene.rules[0].layer_products.stress, 0.5);
 }
 
 TEST(LayersJson, AnEventChangesWhatARuleDoesToThem) {

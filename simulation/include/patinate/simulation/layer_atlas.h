@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -23,6 +24,16 @@ struct LayerAccount {
   MassSum start;   ///< At the start; of an object that is scaled since: as if it had been so then.
   MassSum worn;    ///< Taken by rules.
   MassSum flaked;  ///< Fallen off: by itself without adhesion, or with a layer below it.
+};
+
+/// A crack's end, which moves on.
+struct CrackTip {
+  TexelIndex texel = 0;
+  std::uint32_t layer = 1;
+  std::array<float, 2> place{};  ///< In the atlas, texels.
+  std::array<float, 2> way{};    ///< Unit, on the surface, along the texel's row and at right angles to it.
+  float waits_for = 0.0F;        ///< Amount of stress there below which it does not move on, quanta.
+  friend bool operator==(const CrackTip&, const CrackTip&) = default;
 };
 
 /// Layers 1, 2, ... of every object from its substrate, layer 0, outward (SceneObject::layers). A layer is where its
@@ -62,9 +73,36 @@ class LayerAtlas {
   [[nodiscard]] const MaterialAtlas& interface_below(int layer) const { return interfaces_[layer - 1]; }
   [[nodiscard]] MaterialAtlas& interface_below(int layer) { return interfaces_[layer - 1]; }
 
+  /// Nothing for a layer that never cracks.
+  [[nodiscard]] const std::optional<LayerCracks>& cracks(int object, int layer) const {
+    return stacks_[object][layer].cracks;
+  }
+  [[nodiscard]] bool has_cracks() const { return !cracked_.empty(); }
+  // By layer too, in a scene where some layer cracks: amounts of stress and of strength; the stress at which to look
+  // next whether a crack begins; where a crack is, kAmountOne.
+  [[nodiscard]] const MaterialAtlas& stress() const { return stress_; }
+  [[nodiscard]] MaterialAtlas& stress() { return stress_; }
+  [[nodiscard]] const MaterialAtlas& strength() const { return strength_; }
+  [[nodiscard]] MaterialAtlas& strength() { return strength_; }
+  [[nodiscard]] const MaterialAtlas& next_look() const { return next_look_; }
+  [[nodiscard]] MaterialAtlas& next_look() { return next_look_; }
+  [[nodiscard]] const MaterialAtlas& crack() const { return crack_; }
+  [[nodiscard]] MaterialAtlas& crack() { return crack_; }
+  void add_crack(int layer, TexelIndex texel);
+  /// Whether a layer ends at a texel, by a crack of its own or because it is gone.
+  [[nodiscard]] bool is_open(int layer, TexelIndex texel) const {
+    return tops_[texel] < layer || (cracked_[texel] >> layer & 1) != 0;
+  }
+  [[nodiscard]] const std::vector<CrackTip>& tips() const { return tips_; }
+  [[nodiscard]] std::vector<CrackTip>& tips() { return tips_; }
+
   /// The outermost layer by texel, in tile order; 0 outside the charts too.
   [[nodiscard]] std::span<const std::uint8_t> tops() const { return tops_; }
-  /// After thicknesses of a tile, or of all, were changed.
+  /// A bit for each layer, by texel: where it has a crack; where one that cracks is there and has lost its adhesion.
+  /// Empty where no layer cracks.
+  [[nodiscard]] std::span<const std::uint8_t> cracked() const { return cracked_; }
+  [[nodiscard]] std::span<const std::uint8_t> loose() const { return loose_; }
+  /// After thicknesses, adhesion or cracks of a tile, or of all, were changed.
   void renew_tops(TileIndex tile);
   void renew_tops(const RunControl& control = {});
 
@@ -85,7 +123,7 @@ class LayerAtlas {
   /// What does not balance; "" if nothing.
   [[nodiscard]] std::string audit(const RunControl& control = {}) const;
 
-  /// Of all thicknesses, adhesion and amounts at interfaces.
+  /// Of all thicknesses, adhesion, amounts at interfaces, stress and cracks.
   [[nodiscard]] std::string hash() const;
   [[nodiscard]] std::size_t memory() const;
 
@@ -94,14 +132,24 @@ class LayerAtlas {
     std::string name;
     MaterialValues composition;
     double metalness;
+    std::optional<LayerCracks> cracks;
   };
+  void renew_cracks(TileIndex tile);
+
   const SurfaceAtlas* surface_;
   std::vector<std::vector<Stacked>> stacks_;  ///< By object.
   int num_layers_;
   MaterialAtlas thickness_;
   MaterialAtlas adhesion_;
   std::vector<MaterialAtlas> interfaces_;
+  MaterialAtlas stress_;
+  MaterialAtlas strength_;
+  MaterialAtlas next_look_;
+  MaterialAtlas crack_;
+  std::vector<CrackTip> tips_;
   std::vector<std::uint8_t> tops_;
+  std::vector<std::uint8_t> cracked_;
+  std::vector<std::uint8_t> loose_;
   std::vector<LayerAccount> accounts_;
 };
 

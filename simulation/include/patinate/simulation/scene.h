@@ -26,6 +26,7 @@ inline constexpr std::size_t kMaxRules = 100;
 inline constexpr double kMostAmount = 3.0;         ///< Largest amount that a surface may begin with.
 inline constexpr std::size_t kMaxLayers = 8;       ///< Of an object, its substrate included.
 inline constexpr double kMaxThicknessUm = 4000.0;  ///< Of a layer: 16 bits of quanta (LayerAtlas).
+inline constexpr double kMaxStrength = 3.0;        ///< Of a layer that cracks: stress ends just under 4.
 
 /// One value for each material of the scene; entries beyond Scene::materials are 0.
 using MaterialValues = std::array<double, kMaxMaterials>;
@@ -83,6 +84,14 @@ struct Preset {
   double metalness = 0.0;  ///< [0, 1]: 1 where the color is that of bare metal. For pictures; nothing ages by it.
 };
 
+/// How a layer cracks under the stress that rules make (docs/algorithms/layer_cracks.md).
+struct LayerCracks {
+  /// Stress at which it cracks: an expression as Layer::thickness_um has it, cut to [0, kMaxStrength].
+  std::string strength{"1"};
+  double relief = 5.0;      ///< A crack relieves the stress beside it over so many thicknesses; [0.1, 1000].
+  double shrinkage = 0.02;  ///< Strain that stress 1 stands for, by which cracks open; [0, 0.5].
+};
+
 /// A coat of an object, or its substrate (docs/algorithms/layers.md).
 struct Layer {
   std::string name;  ///< Letters, digits and _; of one object's layers unique.
@@ -91,7 +100,8 @@ struct Layer {
   /// Expressions of what SceneObject::initial may name, at the start: cut to [0, kMaxThicknessUm] and [0, 1]. Of the
   /// substrate they do not count.
   std::string thickness_um{};
-  std::string adhesion{"1"};  ///< To the layer below.
+  std::string adhesion{"1"};            ///< To the layer below.
+  std::optional<LayerCracks> cracks{};  ///< None: it never cracks.
 };
 
 /// A mesh in the scene. Its UVs lie in the unit square (atlas_mesh.h).
@@ -208,6 +218,7 @@ struct LayerShares {
   MaterialValues at_interface{};  ///< Amounts between the layer and the one below it.
   double thickness_um = 0.0;      ///< Only used: no layer grows.
   double adhesion = 0.0;          ///< Only used.
+  double stress = 0.0;            ///< Of layers that crack.
 
   [[nodiscard]] bool has_any() const;
   friend bool operator==(const LayerShares&, const LayerShares&) = default;
@@ -335,6 +346,7 @@ void check_scene(const Scene& scene);
 /// Names of all layers above substrates, each once.
 [[nodiscard]] std::vector<std::string> layer_names(const Scene& scene);
 [[nodiscard]] bool has_layers(const Scene& scene);
+[[nodiscard]] bool has_cracks(const Scene& scene);
 
 /// What every parameter map may be called, for the given materials.
 [[nodiscard]] std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials);

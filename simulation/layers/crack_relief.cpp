@@ -1,0 +1,141 @@
+#include "simulation/layers/crack_relief.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "libcommon/core/portable_math.h"
+
+namespace patinate::simulation {
+
+namespace {
+
+constexpr std::size_t kRays = 16;
+constexpr double kReach = 4.0;    ///< Lengths: beyond, a crack takes less than 2 %.
+constexpr float kBehind = -0.1F;  ///< Cosine of the way and a ray that looks back.
+constexpr float kMiddleOfStep = 0.5F;
+
+using Rays = std::array<SurfaceVector, kRays>;
+
+Rays ray_directions() {
+  Rays rays;
+  for (std::size_t i = 0; i < kRays; ++i) {
+    const SineCosine at = portable_sine_cosine(static_cast<double>(i) / kRays);
+    rays[i] = {static_cast<float>(at.cosine), static_cast<float>(at.sine)};
+  }
+  return rays;
+}
+
+float dot(const SurfaceVector& a, const SurfaceVector& b) { return a[0] * b[0] + a[1] * b[1]; }
+
+/// Distance along a ray to where the layer ends; negative: it does not within reach.
+float distance_to_end(const LayerAtlas& layers, int layer, ChartWalk walk, float reach_mm) {
+  constexpr float kNone = -1.0F;
+  float mm = 0.0F;
+  while (mm < reach_mm) {
+    const float step = walk.step_mm();
+    const float middle = mm + kMiddleOfStep * step;
+    if (!walk.advance() || layers.is_open(layer, walk.texel())) return middle;
+    const std::array<TexelIndex, 2>& beside = walk.beside();
+    if (beside[0] != kNoTexel && layers.is_open(layer, beside[0]) && layers.is_open(layer, beside[1])) return middle;
+    mm += step;
+  }
+  return kNone;
+}
+
+/// An end of the layer, as seen from the place: its normal, and what it takes along that.
+struct End {
+  SurfaceVector at, normal;
+  float share;
+};
+
+/// Seen along one ray, with the normal to the line through what a ray beside it has met at the most similar distance.
+End end_of(std::size_t ray, const Rays& rays, const std::array<float, kRays>& distances, double length_mm) {
+  const auto at = [&](std::size_t i) { return SurfaceVector{distances[i] * rays[i][0], distances[i] * rays[i][1]}; };
+  End end{.at = at(ray), .normal = rays[ray], .share = 0.0F};
+  std::optional<std::size_t> other;
+  for (const std::size_t i : {(ray + 1) % kRays, (ray + kRays - 1) % kRays}) {
+    if (distances[i] < 0.0F) continue;
+    if (!other || std::abs(distances[i] - distances[ray]) < std::abs(distances[*other] - distances[ray])) other = i;
+  }
+  if (other) {
+    const SurfaceVector to = at(*other), along{to[0] - end.at[0], to[1] - end.at[1]};
+    const float length = std::sqrt(dot(along, along));
+    constexpr float kLeast = 1e-6F;
+    if (length > kLeast) end.normal = {along[1] / length, -along[0] / length};
+    if (dot(end.normal, end.at) < 0.0F) end.normal = {-end.normal[0], -end.normal[1]};
+  }
+  end.share = static_cast<float>(portable_exp(-static_cast<double>(dot(end.at, end.normal)) / length_mm));
+  return end;
+}
+
+float share_along(const SurfaceVector& axis, std::span<const End> ends) {
+  float before = 0.0F, behind = 0.0F;
+  for (const End& end : ends) {
+    const float cosine = dot(axis, end.normal);
+    float& side = dot(axis, end.at) > 0.0F ? before : behind;
+    side = std::max(side, end.share * cosine * cosine);
+  }
+  return (before + behind) / (1.0F + before * behind);
+}
+
+}  // namespace
+
+namespace {
+
+/// Of a layer that cracks.
+const LayerCracks& cracks_of(const LayerAtlas& layers, int layer, TexelIndex texel) {
+  return *layers.cracks(layers.surface().object(layers.surface().triangle(texel)), layer);
+}
+
+double thickness_mm(const LayerAtlas& layers, int layer, TexelIndex texel) {
+  constexpr double kMmPerQuantum = 1e-3 / LayerAtlas::kQuantaPerUm;
+  return layers.thickness().amount(layer, texel) * kMmPerQuantum;
+}
+
+}  // namespace
+
+double relief_length_mm(const LayerAtlas& layers, int layer, TexelIndex texel) {
+  return std::max(kLeastTexels * layers.surface().median_texel_size_mm(),
+                  cracks_of(layers, layer, texel).relief * thickness_mm(layers, layer, texel));
+}
+
+double crack_width_mm(const LayerAtlas& layers, int layer, TexelIndex texel) {
+  const LayerCracks& cracks = cracks_of(layers, layer, texel);
+  const double strain = cracks.shrinkage * layers.stress().amount(layer, texel) / kAmountOne;
+  return 2.0 * strain * cracks.relief * thickness_mm(layers, layer, texel);
+}
+
+Relief relief_at(const LayerAtlas& layers, int layer, TexelIndex texel, std::array<float, 2> place, double length_mm,
+                 const SurfaceVector* ahead) {
+  static const Rays rays = ray_directions();
+  const auto reach_mm = static_cast<float>(kReach * length_mm);
+  std::array<float, kRays> distances;
+  for (std::size_t i = 0; i < kRays; ++i) {
+    const bool is_behind = ahead != nullptr && dot(rays[i], *ahead) < kBehind;
+    distances[i] = is_behind
+                       ? -1.0F
+                       : distance_to_end(layers, layer, ChartWalk(layers.surface(), texel, place, rays[i]), reach_mm);
+  }
+  std::array<End, kRays> ends;
+  std::size_t num_ends = 0;
+  for (std::size_t i = 0; i < kRays; ++i) {
+    if (distances[i] >= 0.0F) ends[num_ends++] = end_of(i, rays, distances, length_mm);
+  }
+  if (num_ends == 0) return {};
+  const std::span<const End> all = std::span<const End>(ends).first(num_ends);
+  const End& first =
+      *std::max_element(all.begin(), all.end(), [](const End& a, const End& b) { return a.share < b.share; });
+  const SurfaceVector other{-first.normal[1], first.normal[0]};
+  Relief relief{.across = first.normal,
+                .most = share_along(first.normal, all),
+                .least = share_along(other, all),
+                .nearest = first.share};
+  if (relief.least > relief.most) {
+    relief.across = other;
+    std::swap(relief.most, relief.least);
+  }
+  return relief;
+}
+
+}  // namespace patinate::simulation

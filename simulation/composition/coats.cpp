@@ -71,6 +71,7 @@ Coats::Coats(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas
              const RunControl& control) {
   if (!has_layers(scene)) return;
   texel_mm_ = surface.median_texel_size_mm();
+  quanta_per_mm_ = quanta_per_mm;
   std::size_t most = 0;
   for (const SceneObject& object : scene.objects) most = std::max(most, object.layers.size());
   Scene coated = without_surfaces(scene);
@@ -136,6 +137,16 @@ void Coats::draw_cracks(TileIndex tile, const BaseTile& substrate, Tile& own, Co
   }
 }
 
+void Coats::add_lifts(TileIndex tile, std::int32_t* heights) const {
+  for (std::size_t i = 0; i < kTile; ++i) {
+    const TexelIndex t = tile * kTile + static_cast<TexelIndex>(i);
+    for (int l = 1; l < layers_->num_layers() && layers_->loose()[t] != 0; ++l) {
+      if ((layers_->loose()[t] >> l & 1) != 0)
+        heights[i] += static_cast<std::int32_t>(std::lround(lift_mm(*layers_, l, t) * quanta_per_mm_));
+    }
+  }
+}
+
 void Coats::add_heights(TileIndex tile, std::span<const QuantizedAppearance> looks, std::int32_t* heights) const {
   std::array<std::uint16_t, kTile> thickness;
   std::array<std::int64_t, kTile> sum{};
@@ -143,6 +154,7 @@ void Coats::add_heights(TileIndex tile, std::span<const QuantizedAppearance> loo
     layers_->thickness().read_tile(l, tile, thickness);
     for (std::size_t i = 0; i < kTile; ++i) sum[i] += thickness[i];
   }
+  if (layers_->has_cracks()) add_lifts(tile, heights);
   for (std::size_t i = 0; is_cracked(tile) && i < kTile; ++i) {
     const TexelIndex t = tile * kTile + static_cast<TexelIndex>(i);
     if (shows_crack(t)) sum[i] -= std::llround(open_share(t) * layers_->thickness().amount(layers_->tops()[t], t));

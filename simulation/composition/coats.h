@@ -18,6 +18,7 @@ namespace patinate::simulation::composition {
 /// The looks of layers 1, 2, ..., in place of the new surface's where they are the outermost. Heights are the sum of
 /// all thicknesses, and what lies at interfaces lifts what is above it by its material's height. A crack shows what is
 /// below by the share of its texel that it is open, as dark as the light that comes into it makes it, and is as deep.
+/// What has lost its adhesion is lifted.
 class Coats {
  public:
   Coats(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, double quanta_per_mm,
@@ -44,11 +45,13 @@ class Coats {
   [[nodiscard]] bool is_cracked(TileIndex tile) const;
   [[nodiscard]] bool shows_crack(TexelIndex texel) const;
   [[nodiscard]] double open_share(TexelIndex texel) const;
+  void add_lifts(TileIndex tile, std::int32_t* heights) const;
   void add_heights(TileIndex tile, std::span<const QuantizedAppearance> looks, std::int32_t* heights) const;
 
   std::vector<BaseLayer> looks_;  ///< By layer, from the first above the substrates on.
   const LayerAtlas* layers_ = nullptr;
   double texel_mm_ = 0.0;
+  double quanta_per_mm_ = 0.0;
   std::int64_t height_scale_ = 0;  ///< Height quanta of a quantum of thickness, times 2^kHeightShift.
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "libcommon/core/portable_math.h"
 
@@ -93,7 +94,55 @@ double thickness_mm(const LayerAtlas& layers, int layer, TexelIndex texel) {
   return layers.thickness().amount(layer, texel) * kMmPerQuantum;
 }
 
+double strain_at(const LayerAtlas& layers, int layer, TexelIndex texel) {
+  return cracks_of(layers, layer, texel).shrinkage * layers.stress().amount(layer, texel) / kAmountOne;
+}
+
+bool holds(const LayerAtlas& layers, int layer, TexelIndex texel) {
+  return !layers.is_open(layer, texel) && (layers.loose()[texel] >> layer & 1) == 0;
+}
+
+struct Offset {
+  int x, y;
+  double length;
+};
+
+/// Within kLiftTexels, the nearest first.
+const std::vector<Offset>& offsets_by_length() {
+  static const std::vector<Offset> offsets = [] {
+    std::vector<Offset> all;
+    for (int y = -kLiftTexels; y <= kLiftTexels; ++y) {
+      for (int x = -kLiftTexels; x <= kLiftTexels; ++x) {
+        const double length = std::sqrt(static_cast<double>(x * x + y * y));
+        if (length <= kLiftTexels) all.push_back({x, y, length});
+      }
+    }
+    std::stable_sort(all.begin(), all.end(), [](const Offset& a, const Offset& b) { return a.length < b.length; });
+    return all;
+  }();
+  return offsets;
+}
+
+/// Texels to where the layer holds; kLiftTexels where that is farther.
+double texels_to_hold(const LayerAtlas& layers, int layer, TexelIndex texel) {
+  const SurfaceAtlas& surface = layers.surface();
+  const TileGrid& grid = surface.grid();
+  const int x = grid.x(texel), y = grid.y(texel), chart = surface.charts()[surface.triangle(texel)];
+  for (const Offset& o : offsets_by_length()) {
+    if (x + o.x < 0 || y + o.y < 0 || x + o.x >= grid.width || y + o.y >= grid.height) continue;
+    const TexelIndex t = grid.index(x + o.x, y + o.y);
+    if (surface.is_covered(t) && surface.charts()[surface.triangle(t)] == chart && holds(layers, layer, t))
+      return o.length;
+  }
+  return kLiftTexels;
+}
+
 }  // namespace
+
+double lift_mm(const LayerAtlas& layers, int layer, TexelIndex texel) {
+  const double x = texels_to_hold(layers, layer, texel) * layers.surface().median_texel_size_mm();
+  return 0.5 * x * std::min(1.0, x * strain_at(layers, layer, texel) / thickness_mm(layers, layer, texel));
+}
 
 double relief_length_mm(const LayerAtlas& layers, int layer, TexelIndex texel) {
   return std::max(kLeastTexels * layers.surface().median_texel_size_mm(),
@@ -101,9 +150,8 @@ double relief_length_mm(const LayerAtlas& layers, int layer, TexelIndex texel) {
 }
 
 double crack_width_mm(const LayerAtlas& layers, int layer, TexelIndex texel) {
-  const LayerCracks& cracks = cracks_of(layers, layer, texel);
-  const double strain = cracks.shrinkage * layers.stress().amount(layer, texel) / kAmountOne;
-  return 2.0 * strain * cracks.relief * thickness_mm(layers, layer, texel);
+  return 2.0 * strain_at(layers, layer, texel) * cracks_of(layers, layer, texel).relief *
+         thickness_mm(layers, layer, texel);
 }
 
 Relief relief_at(const LayerAtlas& layers, int layer, TexelIndex texel, std::array<float, 2> place, double length_mm,

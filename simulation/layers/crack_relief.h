@@ -25,6 +25,13 @@ inline constexpr double kLeastTexels = 3.0;
 /// How far a crack is open: twice the relief length, over which the layer draws back on either side, times its strain.
 [[nodiscard]] double crack_width_mm(const LayerAtlas& layers, int layer, TexelIndex texel);
 
+/// How far a texel without adhesion of a layer that cracks is lifted, mm: x^2 / 2R at the distance x from where the
+/// layer still holds, and at most x / 2, where its edge rises by 45 degrees. Its upper side has shrunk by the layer's
+/// strain and its lower side has not, so that R is thickness over strain. Texels farther than kLiftTexels from there,
+/// in their own chart, count as that far.
+[[nodiscard]] double lift_mm(const LayerAtlas& layers, int layer, TexelIndex texel);
+inline constexpr int kLiftTexels = TileGrid::kTileSide;
+
 /// Relief by shear lag. What lies at the distance D takes a = exp(-D / length) of the stress along its normal n and
 /// a (n . u)^2 along an axis u; two on either side of a place take (a + b) / (1 + a b) together [Xia and Hutchinson
 /// 2000; Cox 1952]. Cracks and edges are found by 16 rays.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "simulation/layers/crack_relief.h"
+
 namespace patinate::simulation {
 
 namespace {
@@ -15,6 +17,22 @@ void append(std::vector<LayerTexel>& from, std::vector<LayerTexel>& to) {
 void make_rising(std::vector<TileIndex>& tiles) {
   std::sort(tiles.begin(), tiles.end());
   tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+}
+
+/// With those around each in the atlas: within kLiftTexels, what is loose lifts texels by.
+void add_around(const TileGrid& grid, std::vector<TileIndex>& tiles) {
+  static_assert(kLiftTexels <= TileGrid::kTileSide);
+  const std::size_t num = tiles.size();
+  for (std::size_t k = 0; k < num; ++k) {
+    const TexelIndex first = tiles[k] * TileGrid::kTileTexels;
+    for (const int dy : {-TileGrid::kTileSide, 0, TileGrid::kTileSide}) {
+      for (const int dx : {-TileGrid::kTileSide, 0, TileGrid::kTileSide}) {
+        const int x = grid.x(first) + dx, y = grid.y(first) + dy;
+        if (x >= 0 && y >= 0 && x < grid.width && y < grid.height) tiles.push_back(TileGrid::tile_of(grid.index(x, y)));
+      }
+    }
+  }
+  make_rising(tiles);
 }
 
 }  // namespace
@@ -32,6 +50,7 @@ void LayerCracking::find(TileIndex tile, const LayerTile& aged, Finds& finds) co
 std::vector<TileIndex> LayerCracking::step(Finds finds, LayerTile& buffer, MaterialAtlas& atlas, LayerSums& sums,
                                            const RunControl& control) {
   std::vector<TileIndex> tiles = growth_.grow(finds.weak, control);
+  tiles.insert(tiles.end(), finds.opened.begin(), finds.opened.end());
   for (const LayerTexel& at : finds.loosened) tiles.push_back(TileGrid::tile_of(at.texel));
   make_rising(tiles);
   for (const TileIndex tile : tiles) layers_->renew_tops(tile);
@@ -46,7 +65,7 @@ std::vector<TileIndex> LayerCracking::step(Finds finds, LayerTile& buffer, Mater
     layers_->renew_tops(tile);
     tiles.push_back(tile);
   }
-  make_rising(tiles);
+  add_around(layers_->surface().grid(), tiles);
   return tiles;
 }
 

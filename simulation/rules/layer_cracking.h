@@ -21,13 +21,14 @@ class LayerCracking {
   /// What rules have brought about in tiles.
   struct Finds {
     std::vector<LayerTexel> weak, loosened;
+    std::vector<TileIndex> opened;  ///< Where another layer shows.
     void take(Finds& other);
   };
   /// Adds what is found in a tile that is stored. Several threads may ask at once.
   void find(TileIndex tile, const LayerTile& aged, Finds& finds) const;
 
   /// @param finds   Of all threads, in any order. @param buffer, sums  As LayerTile takes them.
-  /// @returns tiles with other cracks, tops or adhesion, rising; LayerAtlas::renew_tops() is done.
+  /// @returns tiles that may look different, rising. LayerAtlas::renew_tops() is done.
   [[nodiscard]] std::vector<TileIndex> step(Finds finds, LayerTile& buffer, MaterialAtlas& atlas, LayerSums& sums,
                                             const RunControl& control);
 

@@ -385,6 +385,7 @@ void RuleEngine::State::enter_layers(MaterialAtlas& atlas, const RunControl& con
       layers->renew_tops(tile);
       wake_beside(tile);
     }
+    finds.opened.insert(finds.opened.end(), worker.opened.begin(), worker.opened.end());
     worker.opened.clear();
     finds.take(worker.cracking);
   }

@@ -140,10 +140,9 @@ void Coats::draw_cracks(TileIndex tile, const BaseTile& substrate, Tile& own, Co
 void Coats::add_lifts(TileIndex tile, std::int32_t* heights) const {
   for (std::size_t i = 0; i < kTile; ++i) {
     const TexelIndex t = tile * kTile + static_cast<TexelIndex>(i);
-    for (int l = 1; l < layers_->num_layers() && layers_->loose()[t] != 0; ++l) {
-      if ((layers_->loose()[t] >> l & 1) != 0)
-        heights[i] += static_cast<std::int32_t>(std::lround(lift_mm(*layers_, l, t) * quanta_per_mm_));
-    }
+    const int top = layers_->tops()[t];
+    if ((layers_->loose()[t] >> top & 1) != 0)
+      heights[i] += static_cast<std::int32_t>(std::lround(lift_mm(*layers_, top, t) * quanta_per_mm_));
   }
 }
 

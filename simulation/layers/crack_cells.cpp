@@ -6,6 +6,23 @@
 
 namespace patinate::simulation {
 
+namespace {
+
+/// f(texel) for those that a texel is linked to. Inside a plain tile they lie beside it in memory.
+template <class F>
+void for_each_beside(const SurfaceAtlas& surface, TexelIndex texel, F&& f) {
+  constexpr std::uint32_t kSide = TileGrid::kTileSide, kLast = kSide - 1;
+  const std::uint32_t x = texel % kSide, y = texel / kSide % kSide;
+  if (x > 0 && x < kLast && y > 0 && y < kLast && surface.is_plain(TileGrid::tile_of(texel))) {
+    for (const TexelIndex beside : {texel + 1, texel - 1, texel + kSide, texel - kSide}) f(beside);
+    return;
+  }
+  std::array<SurfaceAtlas::Link, 4> plain;
+  for (const SurfaceAtlas::Link& link : surface.links(texel, plain)) f(link.texel);
+}
+
+}  // namespace
+
 struct CrackCells::Piece {
   std::vector<TexelIndex> texels;  ///< With the cracks around it; of a sheet, those that were looked at.
   bool is_sheet = false;
@@ -27,17 +44,16 @@ CrackCells::Piece CrackCells::piece_at(const LayerTexel& from) {
     piece.area += surface.weight(texel);
     if (is_loose({.texel = texel, .layer = from.layer})) piece.lost += surface.weight(texel);
     piece.is_sheet = piece.area > most;
-    std::array<SurfaceAtlas::Link, 4> plain;
-    for (const SurfaceAtlas::Link& link : surface.links(texel, plain)) {
-      if (layers_->thickness().amount(layer, link.texel) == 0) continue;
-      piece.is_sheet = piece.is_sheet || (in_sheet_[link.texel] & bit) != 0;
-      if ((layers_->cracked()[link.texel] & bit) != 0) {
-        cracks.push_back(link.texel);
-      } else if ((seen_[link.texel] & bit) == 0) {
-        seen_[link.texel] |= bit;
-        piece.texels.push_back(link.texel);
+    for_each_beside(surface, texel, [&](TexelIndex beside) {
+      if (layers_->tops()[beside] < layer) return;
+      piece.is_sheet = piece.is_sheet || (in_sheet_[beside] & bit) != 0;
+      if ((layers_->cracked()[beside] & bit) != 0) {
+        cracks.push_back(beside);
+      } else if ((seen_[beside] & bit) == 0) {
+        seen_[beside] |= bit;
+        piece.texels.push_back(beside);
       }
-    }
+    });
   }
   marked_.insert(marked_.end(), piece.texels.begin(), piece.texels.end());
   if (piece.is_sheet) {
@@ -55,14 +71,14 @@ std::vector<LayerTexel> CrackCells::falling(std::vector<LayerTexel> loosened) {
   std::vector<LayerTexel> out;
   for (const LayerTexel& at : loosened) {
     const bool is_cracked = (layers_->cracked()[at.texel] >> at.layer & 1) != 0;
-    if (is_cracked) out.push_back(at);
+    if (is_cracked && is_outermost(at)) out.push_back(at);
     if (is_cracked || (seen_[at.texel] >> at.layer & 1) != 0) continue;
     const Piece piece = piece_at(at);
     const bool falls = static_cast<double>(piece.lost) >= kLostShare * static_cast<double>(piece.area);
     if (!piece.is_sheet && !falls) continue;
     for (const TexelIndex texel : piece.texels) {
       const LayerTexel each{.texel = texel, .layer = at.layer};
-      if (!piece.is_sheet || is_loose(each)) out.push_back(each);
+      if (!piece.is_sheet || (is_loose(each) && is_outermost(each))) out.push_back(each);
     }
   }
   for (const TexelIndex texel : marked_) seen_[texel] = in_sheet_[texel] = 0;

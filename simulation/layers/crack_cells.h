@@ -12,7 +12,7 @@ namespace patinate::simulation {
 
 /// A piece is cut off when it is no larger than kMostLengths relief lengths squared. It falls as a whole, with the
 /// cracks around it, once it has lost its adhesion over kLostShare of its area. What is larger is a sheet, of which
-/// fall single texels that have lost theirs.
+/// fall single texels that have lost theirs, as cracks that have do, where no other layer holds them down.
 class CrackCells {
  public:
   static constexpr double kLostShare = 0.5;
@@ -28,6 +28,8 @@ class CrackCells {
   struct Piece;
   [[nodiscard]] Piece piece_at(const LayerTexel& from);
   [[nodiscard]] bool is_loose(const LayerTexel& at) const { return (layers_->loose()[at.texel] >> at.layer & 1) != 0; }
+
+  [[nodiscard]] bool is_outermost(const LayerTexel& at) const { return layers_->tops()[at.texel] == at.layer; }
 
   const LayerAtlas* layers_;
   std::vector<std::uint8_t> seen_, in_sheet_;  ///< By texel: a bit for each layer.

@@ -2,6 +2,7 @@
 /// Cracks of layers: where they begin, and how they grow (docs/algorithms/layer_cracks.md).
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>

@@ -309,6 +309,7 @@ void LayerTile::end(const CompiledRule& rule, const std::int32_t* quanta,
 
 void LayerTile::drop(std::size_t texel, int layer, LayerSums& sums) {
   const auto at = tile_ * TileGrid::kTileTexels + static_cast<TexelIndex>(texel);
+  if (thickness_[layer][texel] == 0) return;
   for (int above = layer; above < num_layers_; ++above) {
     std::uint16_t& thickness = thickness_[above][texel];
     if (thickness == 0) continue;

@@ -16,6 +16,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr double kNearInCoarse = 1.5;   ///< Coarse surfels this near, in their distance, and facing alike may overlap.
+constexpr double kMostOfIt = 0.5;       ///< Overlap with the reference from which most of a scan can have changed.
 constexpr int kMaxRounds = 12;          ///< Rounds of partners and poses; it ends earlier where poses rest.
 constexpr double kSettled = 1e-7;       ///< Normalized: nothing moves any more.
 constexpr double kContradiction = 3.0;  ///< Fine distances by which an edge that is excluded is off.
@@ -332,6 +333,8 @@ class JointSolver {
     s.covariance += moved * moved.transpose();
     s.is_misled = is_misled_by_change(s.staying, changed.misjudged,
                                       scan(reference_).scale() * scan(reference_).fine().distance());
+    if (s.is_misled && overlap_of(look_at_pose(scan(reference_), scan(k), at, control_.silent()).sums) < kMostOfIt)
+      s.is_misled = false;
     if (s.is_misled) s.status = RegistrationStatus::PoorFit;
   }
 

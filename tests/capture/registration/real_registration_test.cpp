@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "capture/registration/joint_registration.h"
 #include "libcommon/core/random.h"
 #include "patinate/capture/registration.h"
 #include "patinate/mesh_files/point_cloud_io.h"
@@ -71,6 +72,23 @@ TEST(RealRegistration, OppositeSidesAreNoFit) {
       register_pair(bunny_scan(folder / "bun000.ply"), bunny_scan(folder / "bun180.ply"), std::nullopt);
   EXPECT_NE(found.status, RegistrationStatus::Converged);
   EXPECT_NE(found.status, RegistrationStatus::Degenerate);
+}
+
+// An object that has not changed, seen from all around: half of the scans share less than half with the reference.
+TEST(RealRegistration, ScansFromAllAroundAreAllPlaced) {
+  PATINATE_REQUIRE_DATA(folder, "scans/bunny/data");
+  std::vector<PointCloud> scans;
+  std::vector<std::optional<RigidTransform>> initial;
+  for (const ScanPose& pose : read_scan_poses(folder / "bun.conf")) {
+    scans.push_back(bunny_scan(pose.scan));
+    initial.emplace_back(pose.world_from_scan);
+    initial.back()->translation *= 1000.0;
+  }
+  const JointRegistration found = register_jointly(scans, initial, 0);
+  for (std::size_t k = 0; k < scans.size(); ++k) {
+    EXPECT_EQ(found.scans[k].status, RegistrationStatus::Converged) << k;
+    EXPECT_FALSE(found.scans[k].is_misled) << k;
+  }
 }
 
 }  // namespace

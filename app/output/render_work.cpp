@@ -47,6 +47,8 @@ class PictureStudio {
   PictureStudio(std::shared_ptr<const RenderTask> task, std::shared_ptr<const Mesh> mesh, Sample sample, Maps maps);
 
   [[nodiscard]] ImageF picture(const PictureShot& shot, const RunControl& control);
+  /// How many pictures what is kept takes as long as, about: colors in one light are cheap once rays have been traced.
+  [[nodiscard]] double pictures_before() const { return maps_ ? 1.0 : 50.0; }
 
  private:
   std::shared_ptr<const RenderTask> task_;
@@ -73,7 +75,9 @@ PictureStudio::PictureStudio(std::shared_ptr<const RenderTask> task, std::shared
 }
 
 ImageF PictureStudio::picture(const PictureShot& shot, const RunControl& control) {
-  const RunControl begin = control.part(0.0, 0.6), end = control.part(0.6, 1.0);
+  const bool is_first = !surface_ && !color_;
+  const double share = is_first ? pictures_before() / (1.0 + pictures_before()) : 0.0;
+  const RunControl begin = control.part(0.0, share), end = control.part(share, 1.0);
   if (maps_) {
     if (!surface_) {
       surface_.emplace(*mesh_, maps_(shot.time, begin), task_->options, task_->surface, environment_, begin);
@@ -141,10 +145,11 @@ OutputWork strip_work(const RenderTask& task, const std::string& key, const std:
                       const std::vector<PictureShot>& shots, const std::vector<std::string>& labels) {
   OutputWork work = picture_work(task, key, [studio, shots, labels](const RunControl& control) {
     std::vector<ImageF> pictures;
+    const double before = studio->pictures_before(), all = before + static_cast<double>(shots.size());
     for (std::size_t i = 0; i < shots.size(); ++i) {
-      const auto n = static_cast<double>(shots.size());
-      pictures.push_back(
-          studio->picture(shots[i], control.part(static_cast<double>(i) / n, (static_cast<double>(i) + 1.0) / n)));
+      const double done = i == 0 ? 0.0 : (before + static_cast<double>(i)) / all;
+      const double next = (before + static_cast<double>(i) + 1.0) / all;
+      pictures.push_back(studio->picture(shots[i], control.part(done, next)));
     }
     return shots.size() == 1 ? pictures.front() : contact_strip(pictures, labels);
   });

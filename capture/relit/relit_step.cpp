@@ -236,8 +236,8 @@ StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& 
   Mesh mesh;
   if (project.has_shape()) {
     mesh = read_step_mesh(project, step);
-    const ScanView view = view_scan(mesh, RayScene(mesh), project.camera_mm, control.part(0.0, 0.15));
-    places = find_places(reference.view, view, project.camera_mm, step_from_reference, control.part(0.15, 0.2));
+    const ScanView view = view_scan(mesh, RayScene(mesh), project.camera_mm, control.part(0.0, 0.03));
+    places = find_places(reference.view, view, project.camera_mm, step_from_reference, control.part(0.03, 0.05));
     check_fit(work, index, reference.view, view, places, frame.facts);
     move_view(reference.view, step_from_reference, input);
     input.mask = places.seen;
@@ -255,9 +255,9 @@ StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& 
     place_ready(work, step, reference, places, frame);
   } else {
     input.lights = project.lights;
-    place_photos(work, step, reference, places, input, frame, control.part(0.2, 0.5));
+    place_photos(work, step, reference, places, input, frame, control.part(0.05, 0.1));
     try {
-      frame.result = unlight(input, work.options.unlight, control.part(0.5, 0.95));
+      frame.result = unlight(input, work.options.unlight, control.part(0.1, 0.97));
     } catch (const InvalidInput& e) {
       throw IoError(project.file.string(), work.step_name(index) + ": " + e.what());
     }
@@ -349,7 +349,7 @@ void run_relit_step(const RelitWork& work, std::size_t index, const fs::path& fo
     StepFrame frame = solve_step(work, index, facts.pose, work.reference(folder), control);
     facts.frame = frame.facts;
     if (work.options.heights)
-      frame.height = relit_height(work, index, facts.pose, work.reference(folder).view, control.part(0.95, 1.0));
+      frame.height = relit_height(work, index, facts.pose, work.reference(folder).view, control.part(0.97, 1.0));
     write_frame(work, index, folder, frame);
     fs::create_directories((folder / relit_picture_file("albedo", index)).parent_path());
     const ImageU8& surface = work.reference(folder).view.seen;

@@ -16,6 +16,7 @@
 #include "capture/project/frame_times.h"
 #include "capture/project/photo_facts.h"
 #include "libcommon/core/files.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/whole_file.h"
@@ -79,7 +80,7 @@ std::vector<FoundImage> look(const fs::path& folder, std::vector<std::string>& t
     const std::string name = it->path().filename().string();
     std::error_code ignored;
     if (!it->is_directory(ignored) || name.starts_with(".") || name.ends_with(".partial")) continue;
-    if (!is_made(it->path())) folders.push_back(it->path());
+    if (!is_made(it->path()) && may_read(it->path())) folders.push_back(it->path());
   }
   if (error) throw IoError(folder.string(), "cannot be listed; " + error.message());
   std::sort(folders.begin() + 1, folders.end());

@@ -10,6 +10,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/input_watch.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
@@ -90,6 +91,7 @@ void keep(const fs::path& folder, const std::string& key, const ControlMap& made
   const std::uint64_t size = std::uint64_t{4} * static_cast<std::uint64_t>(made.values.num_pixels());
   if (size > kMaxKeptControlBytes) return;
   try {
+    check_may_write(folder);
     std::error_code error;
     fs::create_directories(folder, error);
     if (error) return;

@@ -170,6 +170,7 @@ bool matches_pattern(std::string_view name, std::string_view pattern) {
 }
 
 std::vector<fs::path> list_files(const fs::path& folder, std::string_view pattern) {
+  check_may_read(folder.empty() ? fs::path(".") : folder);
   std::error_code error;
   // A pattern without a folder, "*.png", has an empty one: that is the working folder, and its files have no folder
   // either.

@@ -115,6 +115,7 @@ pid_t start(const std::string& program, const fs::path& path, int connection) {
   posix_spawn_file_actions_adddup2(&actions, connection, STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&actions, connection, STDOUT_FILENO);
   posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);  // What is open here is not for it.
   std::string program_text = program, path_text = path.string();
   char* arguments[] = {program_text.data(), path_text.data(), nullptr};
   pid_t pid = -1;

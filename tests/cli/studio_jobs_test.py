@@ -43,8 +43,8 @@ class Case(unittest.TestCase):
         (self.served / "out").symlink_to(self.outside)
         self.open()
 
-    def open(self):
-        self.server = Server(PATINATE, self.served)
+    def open(self, *options):
+        self.server = Server(PATINATE, self.served, *options)
         self.addCleanup(self.server.close)
 
     def ask(self, command="transfer", arguments=None, output=None, **more):
@@ -163,6 +163,28 @@ class Attacks(Case):
         (self.served / "history/history.json").write_text(json.dumps(manifest))
         self.assertEqual(self.until(self.start(output="aged"))["state"], "failed")
 
+    def test_names_of_files_elsewhere_are_not_told(self):
+        (self.served / "photos/sub").symlink_to(self.outside / "capture/frames")
+        job = self.until(self.start("init", {"FOLDER": "photos"}))
+        self.assertEqual(job["state"], "done", job)
+        self.assertNotIn("sub", " ".join(job["messages"]))
+        project = json.loads((self.served / "capture/capture.json").read_text())
+        project["frames"]["pattern"] = "../out/capture/frames/*.png"
+        (self.served / "capture/other.json").write_text(json.dumps(project))
+        job = self.until(self.start("ingest", {"CAPTURE": "capture/other.json"}, "h"))
+        self.assertNotIn("0000", " ".join(job["messages"]))
+
+    def test_nothing_is_made_in_a_folder_that_is_only_read(self):
+        self.server.close()
+        self.open("--allow-folder", str(self.outside))
+        self.until(self.start(output="aged"))
+        aged = json.loads((self.served / "aged/transfer.json").read_text())
+        aged["history"]["path"] = "../out/history"
+        (self.served / "aged/transfer.json").write_text(json.dumps(aged))
+        job = self.until(self.start("evaluate", {"MAP": ["aged"]}, "evaluated"))
+        self.assertEqual(job["state"], "done", job)
+        self.assertFalse((self.outside / "history/.cache").exists())
+
     def test_links_for_what_is_kept_lead_nowhere_else(self):
         (self.served / "history/.cache").symlink_to(self.outside / "capture")
         self.assertEqual(self.until(self.start(output="aged"))["state"], "done")
@@ -272,6 +294,40 @@ class Running(Case):
             self.server.request("/api/jobs/cancel", "POST", json.dumps({"id": number}))
         self.assertEqual([self.until(number)["state"] for number in numbers], ["canceled"] * 3)
         self.assertIsNone(self.job(numbers[2])["exit_code"], "it has never run")
+
+    def test_what_is_there_when_its_turn_comes_is_not_called_its_result(self):
+        slow = {**TRANSFER, "resolution": "1024", "quality": "best"}
+        before = [self.start(arguments=slow, output=f"aged{i}") for i in range(2)]
+        number = self.start(output="aged")
+        (self.served / "aged").mkdir()
+        for each in before:
+            self.server.request("/api/jobs/cancel", "POST", json.dumps({"id": each}))
+        job = self.until(number)
+        self.assertEqual((job["state"], job["messages"]), ("failed", ["aged: exists by now; give another name"]))
+
+    def test_one_that_is_canceled_at_once_has_not_crashed(self):
+        number = self.start()
+        self.until(number, ["running"])
+        self.server.request("/api/jobs/cancel", "POST", json.dumps({"id": number}))
+        self.assertNotIn("crashed", " ".join(self.until(number)["messages"]))
+
+    def test_processes_of_the_studio_have_none_of_its_connections(self):
+        decoder, said = self.base / "decoder", self.base / "said"
+        decoder.write_text(f"#!/bin/sh\nls -l /proc/$$/fd > {said}\n")
+        decoder.chmod(0o755)
+        self.server.close()
+        os.environ["PATINATE_DECODER"] = str(decoder)
+        self.addCleanup(os.environ.pop, "PATINATE_DECODER")
+        self.open()
+        (self.served / "capture/frames/raw.cr2").write_bytes(b"II*\0" + bytes(100))
+        self.assertEqual(self.server.request("/api/preview?place=capture&path=frames/raw.cr2")[0], 400)
+        self.until(self.start(arguments={**TRANSFER, "resolution": "1024", "quality": "best"}, output="aged"), ["running"])
+        time.sleep(0.5)
+        job = self.children()[0]
+        opened = [os.readlink(f"/proc/{job}/fd/{fd}") for fd in os.listdir(f"/proc/{job}/fd")]
+        self.assertEqual([name for name in opened if name.startswith("socket")], [])
+        # Its own two.
+        self.assertEqual(said.read_text().count("socket"), 2, said.read_text())
 
     def children(self):
         found = subprocess.run(["ps", "-o", "pid=", "--ppid", str(self.server.process.pid)], capture_output=True, text=True, check=False).stdout.split()

@@ -232,6 +232,8 @@ void JobRunner::begin(Job& job) {
     job.state = JobState::Failed;
   };
   std::error_code error;
+  if (fs::symlink_status(folder_ / job.request.output, error).type() != fs::file_type::not_found)
+    return fail(job.request.output + ": exists by now; give another name");
   if (fs::space(folder_, error).available < program_.limits.least_free)
     return fail("less than " + gigabytes(program_.limits.least_free) + " are free on the disk; make room first");
   int ends[2];
@@ -243,6 +245,7 @@ void JobRunner::begin(Job& job) {
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
   posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
+  posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);  // The server's sockets.
   posix_spawn_file_actions_addchdir_np(&actions, folder_.c_str());
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
@@ -316,7 +319,7 @@ void JobRunner::end(Job& job, int status) {
   job.pid = -1;
   job.ended = Clock::now();
   if (WIFEXITED(status)) job.exit_code = WEXITSTATUS(status);
-  if (WIFSIGNALED(status) && !job.is_killed) job.say(std::string("has crashed: ") + ::strsignal(WTERMSIG(status)));
+  if (WIFSIGNALED(status) && !job.asked_to_end) job.say(std::string("has crashed: ") + ::strsignal(WTERMSIG(status)));
   std::error_code error;
   // An output is whole or not there: a grading that says "not passed" is done, too.
   const bool is_made = fs::exists(folder_ / job.request.output, error);

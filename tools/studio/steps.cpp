@@ -7,6 +7,7 @@
 #include "capture/project/capture_project.h"
 #include "capture/project/relit_project.h"
 #include "libcommon/core/files.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
 #include "libcommon/job/job_record.h"
@@ -202,7 +203,7 @@ Json unlit_steps(const fs::path& folder, StepPictures& pictures) {
   update_spelling(json, 1, {{"left_out", "leave_one_out"}});
   const Json lights = json.contains("lights") ? json.at("lights") : Json::array();
   std::error_code error;
-  if (fs::is_directory(folder / "samples", error)) {
+  if (fs::is_directory(folder / "samples", error) && may_read(folder / "samples")) {
     std::size_t number = 0;
     for (const fs::path& file : list_files(folder / "samples", "*.png")) {
       pictures.add(file, "light " + std::to_string(number + 1) + light_text(lights, number));

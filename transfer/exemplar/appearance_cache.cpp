@@ -9,6 +9,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/parallel.h"
+#include "libcommon/core/read_limit.h"
 #include "patinate/core/error.h"
 #include "transfer/exemplar/appearance_io.h"
 #include "transfer/exemplar/compared_layers.h"
@@ -112,6 +113,7 @@ void keep(const fs::path& file, const KeptAppearance& kept, const RunControl& co
   if (size > kMaxKeptBytes) return;
   const fs::path folder = file.parent_path();
   try {
+    check_may_write(folder);
     std::error_code error;
     fs::create_directory(folder, error);
     if (error) return;

@@ -237,7 +237,9 @@ class Running(Case):
         self.assertEqual((self.served / "history").stat().st_mtime, history)
 
     def test_from_photographs_to_a_picture_of_an_aged_mesh(self):
-        self.assertIn("photos", self.server.get_json("/api/commands")["photographs"])
+        for name in ("0000.png", "0001.png"):
+            shutil.copy(self.served / "photos" / name, self.served)
+        self.assertEqual(self.server.get_json("/api/commands")["photographs"], ["photos", "."])
         job = self.until(self.start("init", {"FOLDER": "photos"}))
         self.assertEqual((job["state"], job["output"], job["place"]), ("done", "photos/capture.json", "photos"), job)
         self.assertTrue(any(line.startswith("found: ") for line in job["messages"]), job["messages"])

@@ -101,7 +101,7 @@ test("wrong tokens, foreign hosts and origins, and ways out of the folder are re
 test("the start page has a card for every place, with pictures where there are some", async () => {
   await page.waitForSelector(".card");
   const kinds = await in_page(() => [...document.querySelectorAll(".card .kind")].map((e) => e.textContent));
-  for (const kind of ["scene", "transfer", "simulation", "history", "ingest", "mesh"]) assert.ok(kinds.includes(kind), kind);
+  for (const kind of ["scene", "transfer", "simulation", "history", "capture", "mesh"]) assert.ok(kinds.includes(kind), kind);
   for (const kind of ["scene", "transfer", "simulation", "mesh"]) {
     await page.locator(`.card.${kind}`).first().scrollIntoViewIfNeeded();
     await until(page, (k) => document.querySelector(`.card.${k} img.object`)?.naturalWidth > 0, kind);

@@ -135,6 +135,19 @@ test("its picture is rendered, shown and downloaded", async () => {
   assert.equal((await coming).suggestedFilename(), "paint_history_urn_aged.png");
 });
 
+test("a model is opened or downloaded", async () => {
+  await page.locator("aside.jobs").getByRole("button", { name: "Close" }).click();
+  await page.getByRole("button", { name: "Export" }).click();
+  await form_is_ready();
+  await start();
+  await job_is("Export: paint_history_urn_aged.glb", "done");
+  const made = card("Export: paint_history_urn_aged.glb");
+  assert.equal(await made.getByRole("link", { name: "Open" }).count(), 1);
+  const coming = page.waitForEvent("download");
+  await made.getByRole("link", { name: "Download" }).click();
+  assert.equal((await coming).suggestedFilename(), "paint_history_urn_aged.glb");
+});
+
 test("a job that is canceled ends, and may be started again", async () => {
   await page.goto(`${server.base}/#/urn%2Fmesh.obj`);
   await page.getByRole("button", { name: "New transfer" }).click();
@@ -163,5 +176,5 @@ test("what has ended is listed with the places, and the jobs are there after the
   await page.waitForSelector(".card.transfer");
   await page.getByRole("button", { name: "Jobs" }).click();
   assert.deepEqual(await page.locator("aside.jobs article").evaluateAll((all) => all.map((each) => each.getAttribute("aria-label"))),
-    ["Transfer: fine", "Render: paint_history_urn_aged.png", "Transfer: paint_history_urn_aged", "Ingest: paint_history", "Init: paint/capture.json"]);
+    ["Transfer: fine", "Export: paint_history_urn_aged.glb", "Render: paint_history_urn_aged.png", "Transfer: paint_history_urn_aged", "Ingest: paint_history", "Init: paint/capture.json"]);
 });

@@ -95,13 +95,14 @@ class PhotographFolders {
       num_pictures += capture::may_be_photograph(child) ? 1 : 0;
       has_movie = has_movie || is_movie(child);
     }
-    const bool is_capture = fs::exists(path / "capture.json", error);
-    if (!is_capture && path != folder_.path() && (num_pictures >= kFewest || has_movie) && result_around(path).empty())
-      names.push_back(folder_.name_of(path));
     std::sort(inside.begin(), inside.end());
     for (const fs::path& child : inside) {
-      if (depth > 0 && (!place_kind(child) || place_kind(child) == PlaceKind::Ingest)) look(child, depth - 1);
+      if (depth > 0 && !place_kind(child)) look(child, depth - 1);
     }
+    // The served folder comes last: it may hold pictures that were rendered, too.
+    const bool is_capture = fs::exists(path / "capture.json", error);
+    if (!is_capture && (num_pictures >= kFewest || has_movie) && result_around(path).empty())
+      names.push_back(folder_.name_of(path));
   }
 
   const ServedFolder& folder_;

@@ -33,7 +33,7 @@ std::vector<studio::JobCommand> listed_commands() {
               {{{"history", "simulation"}, "Transfer onto ...", true}, {{"mesh"}, "New transfer"}}),
       command("render", "Render", ".png", {{kAged, "Render"}}),
       command("export", "Export", ".glb", {{kAged, "Export"}}),
-      command("history compare", "Compare", "_compared", {{kAged, "Compare", true}, {kAged, "", true}}),
+      command("history compare", "Compare", "_compared", {{kAged, "Compare with ...", true}, {kAged, "", true}}),
       command("evaluate", "Evaluate", "_evaluated", {{{"transfer"}, "Evaluate"}}),
       command("grade", "Grade", "_graded", {{{"history", "transfer"}, "Grade", true}}),
       command("simulate", "Simulate", "_simulated", {{{"scene"}, "Simulate"}}),

@@ -9,16 +9,21 @@ import { unique_id } from "../ui/numbers";
 
 const kAbout = "/api/jobs";
 const kOutput = "/output";
+/// What the ending of the result's name decides.
+const kEndings: Record<string, string> = {
+  render: "A picture: .png, .jpg, .tif or .exr; a movie: .mp4, .webm or .gif. ",
+  export: "A model: .glb, .usdz, .usda or .obj; a movie: .mp4, .webm or .gif; without an ending: a folder of pictures. ",
+};
 
 const pointer_of = (argument: JobArgument): string => pointer_to("arguments", argument.key);
 
 /// "spatial_sigma" and "HISTORY" as words.
 export function label_of(key: string): string {
-  const words = key.replace(/_/g, " ").toLowerCase();
+  const words = key.replace(/_/g, " ").replace(/^num /, "number of ").toLowerCase();
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
-const sentence = (text: string): string => text.charAt(0).toUpperCase() + text.slice(1);
+const sentence = (text: string): string => (/^\w+\.\w/.test(text) ? text : text.charAt(0).toUpperCase() + text.slice(1));  // Not names of files.
 
 class JobForm {
   private readonly line = h("code", { class: "command", "aria-label": "The command" });
@@ -52,7 +57,7 @@ class JobForm {
   private choices(index: number): [string, string][] {
     const input = this.command.inputs[index];
     if (!input) return [];
-    const names = input.kinds.includes("photographs") ? this.info.photographs.map((name) => [name, name] as [string, string])
+    const names = input.kinds.includes("photographs") ? this.info.photographs.map((name) => [name, name === "." ? "this folder" : name] as [string, string])
       : this.places.filter(({ kind }) => input.kinds.includes(kind)).map(({ place, name }) => [place, place.endsWith(name) ? place : `${place} (${name})`] as [string, string]);
     return [...names, ...(input.may_be_library ? this.info.library.map(({ name }) => [name, name] as [string, string]) : [])];
   }
@@ -75,27 +80,34 @@ class JobForm {
     const field = (a: JobArgument): HTMLElement => this.field(form, a, positionals.indexOf(a));
     const rest = all.filter((a) => !is_first(a));
     replace(this.more, h("summary", {}, rest.length === 1 ? "1 more option" : `${rest.length} more options`), h("div", { class: "form" }, rest.map(field)));
-    const output = form.text("Name of the result", kOutput, { hint: "In this folder; without a name, one that is free is taken." });
+    const output = form.text("Name of the result", kOutput, { hint: `${kEndings[command.name] ?? ""}In this folder; without a name, one that is free is taken.` });
     return [h("p", { class: "hint" }, command.brief), ...all.filter(is_first).map(field), output, rest.length > 0 && this.more, h("div", { class: "as-command" }, h("span", { class: "hint" }, "The same in a terminal, in the folder that is served:"), this.line)];
   }
 
   private field(form: Form, a: JobArgument, input: number): HTMLElement {
-    const pointer = pointer_of(a), label = label_of(a.key), hint = sentence(a.help);
+    const pointer = pointer_of(a), label = label_of(a.key), hint = this.hint(a);
     const choices = input >= 0 ? this.choices(input) : [];
     if (a.kind === "positionals") return this.several(form, a, choices);
     if (input >= 0) return this.with_hint(form.select(label, pointer, choices, String(form.get(pointer) ?? ""), (name) => {
       form.set(pointer, name);
       if (input === 0) void this.learn_controls().then(() => form.render());
-    }), choices.length > 0 ? hint : `There is none in this folder. ${hint}`);
+    }), choices.length > 0 ? hint : `There is none in this folder; copy one into it. ${hint}`);
     if (a.kind === "flag") return this.flag(form, a);
     if (a.kind === "repeated") return this.lines(form, a);
     if (a.is_closed) {
       const options = a.choices.map((c) => [c, c] as [string, string]);
       return this.with_hint(form.select(label, pointer, a.default ? options : [["", "(not given)"], ...options], String(form.get(pointer) ?? a.default), (value) => form.set(pointer, value === a.default || value === "" ? undefined : value)), hint);
     }
-    const made = form.text(label, pointer, { hint, ...(a.choices.length > 0 ? { list: a.choices } : {}) });
-    made.querySelector("input")!.placeholder = a.default;
+    const is_said = a.default.includes(" ");
+    const made = form.text(label, pointer, { hint: is_said ? `${hint}; default: ${a.default}` : hint, ...(a.choices.length > 0 ? { list: a.choices } : {}) });
+    made.querySelector("input")!.placeholder = is_said ? "" : a.default || (a.type === "path" ? "a name in this folder" : "");
     return made;
+  }
+
+  // The command's help, with options under the names that they have here.
+  private hint(a: JobArgument): string {
+    const label = (name: string): string => this.command.arguments.filter((other) => other.name === name).map(({ key }) => `"${label_of(key)}"`)[0] ?? name;
+    return sentence(a.help).replace(/--[a-z][a-z-]*/g, label);
   }
 
   private with_hint(field: HTMLElement, hint: string): HTMLElement {
@@ -106,7 +118,7 @@ class JobForm {
   private flag(form: Form, a: JobArgument): HTMLElement {
     const pointer = pointer_of(a), is_on = a.default === "true";
     const input = h("input", { type: "checkbox", role: "switch", checked: (form.get(pointer) ?? is_on) === true, onchange: () => form.set(pointer, input.checked === is_on ? undefined : input.checked) });
-    return form.field(label_of(a.key), pointer, input, [], sentence(a.help));
+    return form.field(label_of(a.key), pointer, input, [], this.hint(a));
   }
 
   // Several places: each is taken or not.
@@ -116,7 +128,7 @@ class JobForm {
       const input = h("input", { type: "checkbox", value: name, checked: chosen().includes(name), onchange: () => form.set(pointer, choices.map(([each]) => each).filter((each) => (each === name ? input.checked : chosen().includes(each)))) });
       return h("label", {}, input, text);
     }));
-    return form.field(label_of(a.key), pointer, box, [], choices.length > 0 ? sentence(a.help) : `There is none in this folder. ${sentence(a.help)}`);
+    return form.field(label_of(a.key), pointer, box, [], choices.length > 0 ? this.hint(a) : `There is none in this folder; copy one into it. ${this.hint(a)}`);
   }
 
   // One value a line.
@@ -134,7 +146,7 @@ class JobForm {
     const another = h("button", { type: "button", class: "quiet", onclick: () => add("").focus() }, "Add another");
     append(box, [another, list]);
     for (const value of values().length > 0 ? values() : [""]) add(value);
-    return form.field(label_of(a.key), pointer, box, [], sentence(a.help));
+    return form.field(label_of(a.key), pointer, box, [], this.hint(a));
   }
 
   private async check(form: Form, draft: Doc): Promise<Problem | null> {

@@ -101,7 +101,8 @@ class JobsPanel {
 
   private card(job: JobInfo, before: HTMLElement | undefined): HTMLElement {
     const was_open = (name: string): boolean => before?.querySelector<HTMLDetailsElement>(`details.${name}`)?.open ?? false;
-    const last = job.messages[job.messages.length - 1];
+    // That it is done, its state says.
+    const last = job.messages.filter((line) => job.state !== "done" || line.startsWith("warning: ")).pop();
     const details = (name: string, title: string, ...children: Child[]): HTMLElement => {
       const element = h("details", { class: name }, h("summary", {}, title), ...children);
       element.open = was_open(name);
@@ -116,7 +117,7 @@ class JobsPanel {
       h("div", { class: "actions" },
         is_open_job(job) && button("Cancel", () => void post(kCancel, { id: job.id }).then(() => this.look()).catch((error: unknown) => show_error(error, kCancel)), { icon: "close" }),
         job.place !== null && h("a", { class: "button primary", href: `#/${encodeURIComponent(job.place)}` }, "Open"),
-        job.is_file && job.place === null && h("a", { class: "button primary", href: url_of("/api/jobs/file", { id: job.id }), download: job.output.split("/").pop() }, icon("download"), "Download"),
+        job.is_file && (job.place === null || job.place === job.output) && h("a", { class: `button ${job.place === null ? "primary" : ""}`, href: url_of("/api/jobs/file", { id: job.id }), download: job.output.split("/").pop() }, icon("download"), "Download"),
         !is_open_job(job) && button(job.state === "done" ? "Do it differently" : "Try again", () => void open_job(job.command, job.arguments, this.started, job.state === "done" ? "" : job.output),
           { ...(job.state === "done" ? { kind: "quiet" as const } : {}), hint: "Opens the form with these values. What a canceled job has finished is used again" })),
       job.messages.length > 1 && details("messages", `${job.messages.length} messages`, h("ul", {}, job.messages.map((line) => h("li", {}, line)))),

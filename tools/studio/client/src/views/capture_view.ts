@@ -4,6 +4,7 @@ import type { ScanInfo, StepPicture, StepsPlace } from "../types";
 import { job_buttons } from "../jobs/job_buttons";
 import { icon_button } from "../ui/controls";
 import { h, replace } from "../ui/dom";
+import { kind_text } from "./places_view";
 import { ScansStage } from "./scans_stage";
 import type { View } from "./view";
 import { facts_table } from "./workspace";
@@ -41,7 +42,7 @@ export class CaptureView implements View {
         i === 0 && h("p", {}, step.text)]).flat(),
         h("div", { class: "pictures" }, group.map(({ step, number }) => step.pictures.map((p) => this.tile(p, group.length > 1 ? step.name : p.caption, anchor_of(number, group)))).flat()))));
     this.element = h("main", { class: "capture" }, h("aside", { class: "panel", "aria-label": "Steps" },
-      h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind), job_buttons(place)), h("nav", { "aria-label": "Steps" }, list), facts_table(place.facts ?? [])), body, this.large);
+      h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, kind_text(place.kind)), job_buttons(place)), h("nav", { "aria-label": "Steps" }, list), facts_table(place.facts ?? [])), body, this.large);
     if (place.hints) void this.show_draft(body, place.hints);
     this.large.addEventListener("click", (e) => { if (e.target === this.large) this.large.close(); });
     this.large.addEventListener("keydown", (e) => {
@@ -58,7 +59,7 @@ export class CaptureView implements View {
   private async show_draft(body: HTMLElement, path: string): Promise<void> {
     const text = await get(url_of("/api/file", { place: this.place.place, path })).then((reply) => new TextDecoder().decode(reply.bytes), () => "");
     const lines = text.split("\n").filter((line) => /^(found|check): /.test(line)).map((line) => line.split(/: (.*)/));
-    if (lines.length > 0) body.prepend(h("section", { class: "draft" }, h("h2", {}, "What the draft says"), h("dl", {}, lines.map(([word, rest]) => [h("dt", { class: word }, word!), h("dd", {}, rest ?? "")]).flat())));
+    if (lines.length > 0) body.prepend(h("section", { class: "draft" }, h("h2", {}, "What the draft says"), h("dl", {}, lines.map(([word, rest]) => [h("dt", { class: word }, word!), h("dd", {}, rest ?? "")]).flat()), h("p", { class: "hint" }, "All of this is in capture.json: change it with a text editor, then ingest.")));
   }
 
   on_key(key: string): boolean {

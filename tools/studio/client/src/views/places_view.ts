@@ -29,6 +29,9 @@ export function place_link(place: string): string {
   return `#/${encodeURIComponent(place)}`;
 }
 
+/// What is made of photographs by `ingest` is a capture.
+export const kind_text = (kind: string): string => (kind === "ingest" ? "capture" : kind);
+
 /// A mesh has come: it is shown, and asked how it is to age.
 function age(place: string): void {
   location.hash = `${place_link(place)}?age`;
@@ -80,7 +83,7 @@ export class PlacesView implements View {
       return;
     }
     const shown = kGroups.map((g) => ({ ...g, places: places.filter((p) => g.kinds.includes(p.kind)) })).filter((g) => g.places.length > 0);
-    replace(this.element, h("div", { class: "places-head" }, h("h1", {}, "What is here"), h("p", { class: "folder" }, folder), h("div", { class: "spacer" }), photographs(), choose_mesh("Begin with a mesh", age, "primary")),
+    replace(this.element, h("div", { class: "places-head" }, h("h1", {}, "What is here"), h("p", { class: "folder" }, folder), h("div", { class: "spacer" }), h("div", { class: "begin" }, photographs(), choose_mesh("Begin with a mesh", age, "primary"))),
       shown.map((g) => h("section", { "aria-label": g.title }, h("h2", {}, g.title, h("small", {}, g.text)), h("div", { class: "cards" }, g.places.map((p) => this.card(p))))),
       h("p", { class: "version" }, `patinate ${version}`));
   }
@@ -88,7 +91,7 @@ export class PlacesView implements View {
   private card(place: PlaceSummary & { problem?: string }): HTMLElement {
     const picture = h("div", { class: "picture" }, icon(place.kind, 44));
     const card = h("a", { class: `card ${place.kind}`, href: place_link(place.place) }, picture,
-      h("div", { class: "card-text" }, h("b", {}, title_of(place)), h("span", { class: "kind" }, place.kind), h("span", { class: "detail" }, place.problem || place.detail), h("span", { class: "path" }, place.place)));
+      h("div", { class: "card-text" }, h("b", {}, title_of(place)), h("span", { class: "kind" }, kind_text(place.kind)), h("span", { class: "detail" }, place.problem || place.detail), h("span", { class: "path" }, place.place)));
     this.pending.set(card, () => void this.thumbnail(place, picture));
     this.watch.observe(card);
     return card;
@@ -114,7 +117,7 @@ export class PlacesView implements View {
         command("patinate synth mold -o mold", "scans and photographs of a copper mold that patinates"),
         command("patinate synth crackle -o crackle", "photographs of paint that cracks while it dries"),
         command("patinate ingest crackle/capture.json -o history", "makes a material history of them"),
-        command("patinate synth sculpture -o urn", "a mesh to age with it: patinate transfer"))),
-      h("p", { class: "hint" }, "Then load this page again. Or start patinate studio with another folder."));
+        command("patinate synth sculpture -o urn", "a mesh to age with it: patinate transfer")),
+        h("p", { class: "hint" }, "Then load this page again. Or start patinate studio with another folder.")));
   }
 }

@@ -49,10 +49,6 @@ bool is_allowed(const fs::path& path, const std::vector<fs::path>& folders) {
   return std::any_of(folders.begin(), folders.end(), [&](const fs::path& folder) { return lies_below(real, folder); });
 }
 
-}  // namespace
-
-namespace {
-
 void set_folders(Limit& limit, const std::vector<fs::path>& folders) {
   std::vector<fs::path> real;
   for (const fs::path& folder : folders) {

@@ -152,13 +152,9 @@ std::string proposed_stem(const JobCommand& command, const std::vector<Given>& a
 
 std::string proposed_output(const ServedFolder& folder, const JobCommand& command, const std::vector<Given>& all) {
   constexpr int kMostOfOneName = 1000;
-  const fs::path ending(command.ending);
-  const bool is_file = ending.has_extension() || command.ending.starts_with(".");
-  const std::string extension = command.ending.starts_with(".") ? command.ending
-                                : is_file                       ? ending.extension().string()
-                                                                : std::string();
-  const std::string stem =
-      proposed_stem(command, all) + command.ending.substr(0, command.ending.size() - extension.size());
+  const std::size_t dot = std::min(command.ending.rfind('.'), command.ending.size());
+  const std::string extension = command.ending.substr(dot);
+  const std::string stem = proposed_stem(command, all) + command.ending.substr(0, dot);
   for (int k = 1; k <= kMostOfOneName; ++k) {
     const std::string name = stem + (k == 1 ? "" : "-" + std::to_string(k)) + extension;
     std::error_code error;

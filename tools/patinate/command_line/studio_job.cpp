@@ -13,22 +13,10 @@ namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-Json folder_list(const std::vector<fs::path>& folders) {
-  Json list = Json::array();
-  for (const fs::path& folder : folders) {
-    std::error_code error;
-    if (fs::is_directory(folder, error)) list.push_back(folder.string());
-  }
-  return list;
-}
-
-}  // namespace
-
 std::string studio_job_text(const StudioJobFolders& folders) {
-  return Json{{"read", folder_list(folders.read)}, {"written", folder_list(folders.written)}}.dump(
-      -1, ' ', false, Json::error_handler_t::replace);
+  const auto texts = [](const std::vector<fs::path>& all) { return std::vector<std::string>(all.begin(), all.end()); };
+  return Json{{"read", texts(folders.read)}, {"written", texts(folders.written)}}.dump(-1, ' ', false,
+                                                                                       Json::error_handler_t::replace);
 }
 
 bool is_studio_job() { return std::getenv(kStudioJobVariable) != nullptr; }

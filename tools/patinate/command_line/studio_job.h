@@ -18,7 +18,7 @@ inline constexpr const char* kStudioJobVariable = "PATINATE_STUDIO_JOB";
 struct StudioJobFolders {
   std::vector<std::filesystem::path> read, written;
 };
-/// For the variable. @param folders  Those that are not there are left out.
+/// For the variable. @param folders  All of them exist.
 [[nodiscard]] std::string studio_job_text(const StudioJobFolders& folders);
 [[nodiscard]] bool is_studio_job();
 

@@ -114,7 +114,10 @@ studio::JobProgram job_program(std::vector<fs::path> readable, std::vector<fs::p
   }
   // What a history's analysis or a control's map took long for is kept where the command line keeps it.
   libraries.insert(libraries.begin(), readable.front());
-  if (const fs::path cache = user_cache_folder(); !cache.empty()) {
+  const fs::path cache = user_cache_folder();
+  std::error_code error;
+  fs::create_directories(cache, error);  // A job could not make it.
+  if (fs::is_directory(cache, error)) {
     readable.push_back(cache);
     libraries.push_back(cache);
   }

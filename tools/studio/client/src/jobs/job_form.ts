@@ -44,7 +44,7 @@ class JobForm {
   async open(): Promise<void> {
     await this.learn_controls();
     const { command } = this;
-    const form: Form = new Form({ title: command.title.replace(/ ?\.\.\.$/, ""), draft: this.draft, action: "Start", fields: (made) => this.fields(made), check: (draft): Promise<Problem | null> => this.check(form, draft), apply: async (draft) => {
+    const form: Form = new Form({ title: command.title, draft: this.draft, action: "Start", fields: (made) => this.fields(made), check: (draft): Promise<Problem | null> => this.check(form, draft), apply: async (draft) => {
       await post(kAbout, { command: command.name, ...draft });
       this.started();
     } });

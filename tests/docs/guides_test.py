@@ -86,7 +86,7 @@ PAGES = {
     "docs/study.md": "mkdir meshes",
     "docs/explain.md": COPPER + " && cp $made/aged.png aged.jpg && cp $made/clean.png clean.jpg && cp $made/aged.png bust_diff.jpg && cp $made/mask.png paint.png && cp $made/view.png photo.jpg && cp $made/camera.yml . && cp $made/urn.ply statue.ply",
     "docs/library.md": COPPER + " && cp $made/urn/mesh.obj object.obj && cp $made/crackle/frames/0003.png photo.jpg && cp -r copper my_history",
-    "docs/transfer.md": COPPER + " && cp -r copper clay && cp $made/urn/mesh.obj asset.obj && cp $made/mask.png which.png && mkdir maps && cp $made/age.exr maps",
+    "docs/transfer.md": COPPER + " && cp -r copper clay && cp -r $made/paint crackle && cp $made/strokes.json . && cp bust.obj vase.obj && cp $made/urn/mesh.obj asset.obj && cp $made/mask.png which.png && mkdir maps && cp $made/age.exr maps",
     # Places of a plate's atlas are square.
     "docs/fit.md": COPPER + " && rm -r copper && cp -r $made/square_copper copper && cp $made/plate.json $made/plate.obj $made/ranges.json . && cp plate.json one_layer.json && cp plate.json two_layers.json && cp -r copper open && cp -r copper shaded",
     "docs/registration.md": "cp $made/scans/* . && mkdir scans && cp day*.ply scans",
@@ -176,6 +176,8 @@ def make(folder, run):
         "histories": ["copper"], "meshes": ["meshes/*.obj"], "controls": ["accessibility"], "options": {"resolution": 64}}}))
     (folder / "copper_and_patina.json").write_text(json.dumps({"format": "patinate.appearance", "version": 1, "materials": [
         {"color": "#f0e8d8", "metalness": 1, "roughness": 0.3}, {"color": "#302010", "metalness": 0, "roughness": 0.9}]}))
+    (folder / "strokes.json").write_text(json.dumps({"format": "patinate.edits", "version": 1, "edits": [
+        {"kind": "stroke", "control": "thickness", "value": 0.9, "flow": 0.5, "radius_mm": 60, "points_mm": [[0, 0, 0]]}, {"kind": "refine"}]}))
     shutil.copytree(ROOT / "docs/examples/scenes", folder / "scenes")
     make_scans(folder / "scans")
     make_rig(folder / "rig")

@@ -3,6 +3,7 @@
 /// the studio.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>

@@ -9,6 +9,7 @@
 #include "app/request/output_file.h"
 #include "app/request/path_kind.h"
 #include "app/request/usage_error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/geometry/light_io.h"

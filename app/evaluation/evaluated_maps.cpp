@@ -8,6 +8,7 @@
 #include "app/request/path_kind.h"
 #include "app/request/repeating_command.h"
 #include "app/request/usage_error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"

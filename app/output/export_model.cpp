@@ -1,6 +1,5 @@
 #include "app/output/export_model.h"
 
-#include <algorithm>
 #include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -8,6 +7,7 @@
 #include "app/request/output_file.h"
 #include "app/request/path_kind.h"
 #include "app/request/usage_error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/input_watch.h"

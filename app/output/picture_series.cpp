@@ -6,6 +6,7 @@
 #include "app/request/numbered_path.h"
 #include "app/request/output_file.h"
 #include "app/request/path_kind.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/hash.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"

@@ -10,6 +10,7 @@
 
 #include "app/request/path_kind.h"
 #include "app/request/usage_error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/input_watch.h"
 #include "libcommon/image/whole_file.h"

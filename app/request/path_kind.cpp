@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
 #include "app/request/history_library.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
@@ -90,13 +90,6 @@ void require_exists(const fs::path& path) {
   std::error_code error;
   if (fs::exists(path, error) || error) return;  // Other troubles are named by who reads it.
   throw IoError(path.string(), "does not exist" + similar_path(path));
-}
-
-std::string lower_extension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
 }
 
 PathKind kind_of(const fs::path& path) {

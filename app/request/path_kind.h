@@ -30,9 +30,6 @@ enum class PathKind {
 /// @throws IoError if `path` does not exist, with what its folder holds that is named nearly so.
 void require_exists(const std::filesystem::path& path);
 
-/// The extension with its dot, in lower case.
-[[nodiscard]] std::string lower_extension(const std::filesystem::path& path);
-
 /// @throws InvalidInput unless `path` is a transfer; of a history it says what makes one of it.
 void require_transfer(const std::filesystem::path& path);
 

@@ -12,6 +12,7 @@
 #include "app/request/usage_error.h"
 #include "app/transfer/destination.h"
 #include "libcommon/controls/distance_io.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "patinate/atlas/direction_field.h"

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -15,6 +14,7 @@
 
 #include "capture/registration/registration_io.h"
 #include "capture/registration/surfels.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
@@ -160,9 +160,7 @@ ImageF registration_picture(std::span<const PointCloud> scans, std::span<const R
 constexpr std::int64_t kStageVersion = 3;  ///< Raised when the same input gives other poses.
 
 bool is_scan_name(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_extension(path);
   return extension == ".ply" || extension == ".pcd" || extension == ".obj";
 }
 

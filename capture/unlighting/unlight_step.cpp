@@ -7,6 +7,7 @@
 
 #include "capture/project/capture_project.h"
 #include "capture/project/scan_control.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
@@ -84,9 +85,7 @@ ImageF first_channel(const ImageF& in) {
 }
 
 Mesh read_scan(const UnlightStep& step) {
-  std::string extension = step.scan->extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_extension(*step.scan);
   try {
     Mesh mesh = extension == ".gltf" || extension == ".glb" || extension == ".obj"
                     ? read_mesh(*step.scan)

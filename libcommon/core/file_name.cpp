@@ -26,4 +26,12 @@ void require_file_name(std::string_view what, std::string_view name) {
     throw InvalidInput(std::string(what) + " `" + std::string(name) + "`: names consist of " + file_name_text());
 }
 
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return lower;
+}
+
+std::string lower_extension(const std::filesystem::path& path) { return lower_case(path.extension().string()); }
+
 }  // namespace patinate

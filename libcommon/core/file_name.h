@@ -2,6 +2,7 @@
 /// Names that become names of files: of controls, materials, tiles, scans and job items.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -17,5 +18,10 @@ inline constexpr std::size_t kLongestFileName =
 [[nodiscard]] const std::string& file_name_text();
 /// @param what  "control". @throws InvalidInput unless is_file_name().
 void require_file_name(std::string_view what, std::string_view name);
+
+/// ASCII letters in lower case, everything else as it is.
+[[nodiscard]] std::string lower_case(std::string_view text);
+/// The extension with its dot, in lower case: ".png" of "a.PNG".
+[[nodiscard]] std::string lower_extension(const std::filesystem::path& path);
 
 }  // namespace patinate

@@ -1,7 +1,8 @@
 #include "libcommon/device/device_choice.h"
 
 #include <algorithm>
-#include <cctype>
+
+#include "libcommon/core/file_name.h"
 
 namespace patinate::device {
 
@@ -15,12 +16,6 @@ void describe(OptionVisitor& v, DeviceOptions& o) {
 std::string label(const DeviceInfo& info) { return info.name + " (" + info.platform + ")"; }
 
 namespace {
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 std::string names_of(const std::vector<DeviceInfo>& all) {
   std::string names;
@@ -36,7 +31,8 @@ std::vector<DeviceInfo> choose_devices(const std::string& device, const std::vec
   std::vector<DeviceInfo> chosen;
   for (const DeviceInfo& info : all) {
     const bool is_meant =
-        is_any ? info.is_gpu : lower(label(info) + " " + info.version).find(lower(device)) != std::string::npos;
+        is_any ? info.is_gpu
+               : lower_case(label(info) + " " + info.version).find(lower_case(device)) != std::string::npos;
     if (is_meant) chosen.push_back(info);
   }
   std::stable_sort(chosen.begin(), chosen.end(), [](const DeviceInfo& a, const DeviceInfo& b) {

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/core/text_lines.h"
 #include "libcommon/geometry/length_unit.h"
@@ -172,12 +172,6 @@ Light read_light(JsonReader json, double mm_per_unit) {
   return light;
 }
 
-std::string small_letters(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 /// Without folders, as any system writes them, and without quotation marks around all of it.
 std::string last_part(std::string name) {
   if (name.size() > 1 && (name.front() == '"' || name.front() == '\'') && name.front() == name.back())
@@ -191,9 +185,9 @@ std::vector<std::size_t> lights_named(const std::vector<Light>& lights, const st
   const std::array<std::function<bool(const std::string&)>, 4> comparisons{
       [&](const std::string& name) { return name == photo; },
       [&](const std::string& name) { return last_part(name) == photo; },
-      [&](const std::string& name) { return small_letters(last_part(name)) == small_letters(photo); },
+      [&](const std::string& name) { return lower_case(last_part(name)) == lower_case(photo); },
       [&](const std::string& name) {
-        const std::string last = small_letters(last_part(name)), plain = small_letters(stem(photo));
+        const std::string last = lower_case(last_part(name)), plain = lower_case(stem(photo));
         return !last.empty() && (last == plain || stem(last) == plain);
       }};
   std::vector<std::size_t> found;

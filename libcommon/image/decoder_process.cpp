@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -19,6 +18,7 @@
 #include <string_view>
 #include <utility>
 
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/programs.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
@@ -42,13 +42,6 @@ constexpr std::array<std::string_view, 36> kRaw{".3fr", ".arw", ".bay", ".cap", 
                                                 ".dng", ".dsc", ".erf", ".fff", ".iiq", ".k25", ".kc2", ".kdc", ".mdc",
                                                 ".mef", ".mos", ".mrw", ".nef", ".nrw", ".orf", ".pef", ".ptx", ".pxn",
                                                 ".raf", ".raw", ".rw2", ".rwl", ".sr2", ".srf", ".srw", ".x3f", ".qtk"};
-
-std::string lower_extension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
 
 /// FFmpeg finds formats by content, and some of them are lists of other files, which it would open: playlists,
 /// manifests. @throws IoError

@@ -9,6 +9,7 @@
 #include <span>
 #include <string_view>
 
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/mapped_file.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/file_bytes.h"
@@ -264,9 +265,7 @@ void read_tga_words(const FileBytes& big, FileWords& words) {
 
 bool is_tga(const FileBytes& big, const std::filesystem::path& path) {
   const FileBytes file(big.part(0, big.size()), true);
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); });
+  const std::string extension = lower_extension(path);
   constexpr std::array kTypes{1U, 2U, 3U, 9U, 10U, 11U};
   const bool is_type = std::find(kTypes.begin(), kTypes.end(), file.number(2, 1)) != kTypes.end();
   return is_type && (extension == ".tga" || extension == ".tpic" || extension == ".icb" || extension == ".vda" ||

@@ -1,16 +1,14 @@
 #include <algorithm>
-#include <cctype>
 #include <string>
 
+#include "libcommon/core/file_name.h"
 #include "libcommon/image/image_source.h"
 #include "libcommon/image/media_module.h"
 
 namespace patinate {
 
 std::unique_ptr<ImageEncoder> create_encoder(const EncodedFormat& format, ByteSink& sink) {
-  std::string extension = std::filesystem::path(format.name).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_extension(format.name);
   const bool is_coded = format.values == EncodedFormat::Values::Codes;
   if (extension == ".png" && is_coded) return create_png_encoder(format, sink);
   if (extension == ".exr" && !is_coded) return create_exr_encoder(format, sink);

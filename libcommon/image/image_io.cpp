@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -12,6 +11,7 @@
 #include <numeric>
 #include <string_view>
 
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/image/decoded_image.h"
 #include "libcommon/image/decoder_process.h"
@@ -41,13 +41,6 @@ DecodedImage read_raw(const std::filesystem::path& path) try {
 /// Encoded in memory: that the disk is full, write_atomically() notices.
 void write_pixels(const std::filesystem::path& path, const EncodedFormat& format, const void* values) {
   write_atomically(path, encoded(format, values));
-}
-
-std::string lower_suffix(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
 }
 
 constexpr float kLargestHalf = 65504.0f;
@@ -170,7 +163,7 @@ void write_srgb8(const std::filesystem::path& path, const ImageF& linear, const 
 }
 
 bool is_coded_image(const std::filesystem::path& path) {
-  const std::string extension = lower_suffix(path);
+  const std::string extension = lower_extension(path);
   if (extension == ".exr") return false;
   constexpr std::array<std::string_view, 5> kCoded{".png", ".jpg", ".jpeg", ".tif", ".tiff"};
   if (std::find(kCoded.begin(), kCoded.end(), extension) != kCoded.end()) return true;

@@ -1,11 +1,11 @@
 #include "patinate/mesh_files/mesh_io.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <fstream>
 
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/mesh_files/mesh_files.h"
@@ -57,9 +57,7 @@ void append_surface(std::string& text, const Mesh::Surface& surface, bool says_m
 }  // namespace
 
 Mesh read_mesh(const std::filesystem::path& path, std::vector<std::string>* notes) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_extension(path);
   const bool is_gltf = is_gltf_file(path);
   if (extension != ".obj" && extension != ".ply" && extension != ".stl" && !is_gltf) {
     throw IoError(path.string(),

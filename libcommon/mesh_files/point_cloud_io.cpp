@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <cmath>
 #include <cstring>
 
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/mesh_files/mesh_builder.h"
@@ -66,9 +66,7 @@ PointCloud PointCloudBuilder::finish(const std::string& file) {
 }
 
 PointCloud read_point_cloud(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_extension(path);
   if (extension != ".obj" && extension != ".ply" && extension != ".pcd") {
     throw IoError(path.string(), "no scan format has the extension `" + extension + "`; use .ply, .pcd or .obj");
   }

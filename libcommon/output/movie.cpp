@@ -1,12 +1,12 @@
 #include "patinate/output/movie.h"
 
 #include <algorithm>
-#include <cctype>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/image/media_module.h"
 #include "libcommon/image/watched_file.h"
@@ -20,9 +20,7 @@ namespace {
 constexpr std::string_view kKeyPrefix = "patinate_key=";
 
 std::string extension_of(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_extension(path);
   const std::vector<std::string>& all = movie_extensions();
   if (std::find(all.begin(), all.end(), extension) != all.end()) return extension;
   throw ParseError(path.string() + ": is no movie; expected a name that ends in .mp4, .webm or .gif");

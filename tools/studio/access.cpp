@@ -6,18 +6,12 @@
 #include <array>
 #include <cctype>
 
+#include "libcommon/core/file_name.h"
 #include "patinate/core/error.h"
 
 namespace patinate::studio {
 
 namespace {
-
-std::string lower(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return out;
-}
 
 bool is_port(std::string_view text) {
   return text.size() <= 5 && !text.empty() &&
@@ -52,13 +46,13 @@ Access::Access(std::string token, int port, const std::vector<std::string>& host
     : token_(std::move(token)),
       cookie_name_("patinate-" + std::to_string(port)),
       hosts_{"127.0.0.1", "localhost", "[::1]"} {
-  for (const std::string& host : hosts) hosts_.push_back(lower(host));
+  for (const std::string& host : hosts) hosts_.push_back(lower_case(host));
 }
 
 std::string Access::cookie() const { return cookie_name_ + "=" + token_ + "; HttpOnly; SameSite=Strict; Path=/"; }
 
 bool Access::is_ours(std::string_view host) const {
-  const std::string asked = lower(host);
+  const std::string asked = lower_case(host);
   return std::any_of(hosts_.begin(), hosts_.end(), [&](const std::string& ours) {
     return asked == ours || (asked.size() > ours.size() && asked.compare(0, ours.size(), ours) == 0 &&
                              asked[ours.size()] == ':' && is_port(std::string_view(asked).substr(ours.size() + 1)));
@@ -77,7 +71,8 @@ std::string Access::foreign(const HttpRequest& request) const {
   const std::string_view host = request.header("host");
   if (!is_ours(host)) return "this name is not allowed as Host; start the studio with --allow-host NAME to allow it";
   const std::string_view origin = request.header("origin");
-  if (!origin.empty() && lower(origin) != "http://" + lower(host)) return "requests from other pages are not answered";
+  if (!origin.empty() && lower_case(origin) != "http://" + lower_case(host))
+    return "requests from other pages are not answered";
   return {};
 }
 

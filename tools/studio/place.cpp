@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/project/capture_project.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
@@ -37,13 +38,6 @@ constexpr std::array kManifests{Manifest{"history.json", PlaceKind::History},
                                 Manifest{"evaluation.html", PlaceKind::Report}};
 constexpr std::array<std::string_view, 5> kMeshExtensions{".obj", ".ply", ".stl", ".gltf", ".glb"};
 constexpr int kMaxEntries = 20'000, kDepth = 5;
-
-std::string extension_of(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-  return extension;
-}
 
 /// Scenes, calibrations and capture projects say what they are in their first lines.
 std::optional<PlaceKind> kind_of_json(const fs::path& path) {
@@ -195,7 +189,7 @@ std::optional<PlaceKind> place_kind(const fs::path& path) {
     return std::nullopt;
   }
   if (!fs::is_regular_file(path, error)) return std::nullopt;
-  const std::string extension = extension_of(path);
+  const std::string extension = lower_extension(path);
   if (extension == ".json") return kind_of_json(path);
   const bool is_mesh = std::find(kMeshExtensions.begin(), kMeshExtensions.end(), extension) != kMeshExtensions.end();
   return is_mesh ? std::optional(PlaceKind::Mesh) : std::nullopt;

@@ -10,6 +10,7 @@
 
 #include "app/request/path_kind.h"
 #include "app/request/usage_error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
@@ -23,12 +24,6 @@ constexpr std::string_view kEnvironmentPrefix = "PATINATE_";
 /// studio_job.h.
 constexpr std::array<std::string_view, 7> kOtherVariables{"DATA",    "DECODER", "DECODER_SECONDS", "LIBRARY",
                                                           "MODULES", "OPENCL",  "STUDIO_JOB"};
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 std::string upper(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -59,7 +54,7 @@ std::string section_name(std::string verb) {
 
 /// "true" or "false".
 std::string flag_text(const std::string& name, const std::string& value) {
-  const std::string word = lower(value);
+  const std::string word = lower_case(value);
   for (const char* yes : {"true", "1", "yes", "on"}) {
     if (word == yes) return "true";
   }
@@ -285,7 +280,7 @@ std::vector<std::string> supply_environment(CommandLine& line, const Environment
     }
   }
   for (const auto& [name, value] : environment) {
-    const std::string variable = std::string(kEnvironmentPrefix) + name, key = lower(name);
+    const std::string variable = std::string(kEnvironmentPrefix) + name, key = lower_case(name);
     const ArgumentInfo* option = option_of_any(commands, key);
     if (option == nullptr) {
       notes.push_back(variable + ": is no option of any command and is ignored" + did_you_mean(variable, names));

@@ -3,6 +3,7 @@
 #include "app/evaluation/evaluated_maps.h"
 #include "app/request/path_kind.h"
 #include "app/request/repeating_command.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/commands/command_words.h"
@@ -17,7 +18,7 @@ namespace {
 
 /// A folder or manifest is a transfer, or a mistake; other files are coordinate maps.
 bool is_transfer(const fs::path& path) {
-  if (!fs::is_directory(path) && app::lower_extension(path) != ".json") return false;
+  if (!fs::is_directory(path) && lower_extension(path) != ".json") return false;
   app::require_transfer(path);
   return true;
 }

@@ -5,6 +5,7 @@
 #include "app/request/usage_error.h"
 #include "capture/registration/registration_io.h"
 #include "capture/registration/registration_job.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "patinate/mesh_files/point_cloud_io.h"
@@ -30,7 +31,7 @@ void add_scans(const std::vector<fs::path>& given, capture::RegistrationTask& ta
     if (fs::is_directory(path)) {
       for (const fs::path& file : capture::scans_in_folder(path)) task.files.push_back(file);
       task.initial.resize(task.files.size());
-    } else if (app::lower_extension(path) == ".conf") {
+    } else if (lower_extension(path) == ".conf") {
       add_poses(read_scan_poses(path), task);
     } else {
       task.files.push_back(path);

@@ -266,7 +266,7 @@ void LiveEngine::receive(int id, const std::string& text) {
     has_news_ = true;
     if (next_) {  // The scene that comes answers.
       next_->client = id;
-      next_->request = request_id;
+      next_->request = std::make_shared<const Json>(request_id);
       return;
     }
     client.peer->send_text(done_text(request_id, answer));

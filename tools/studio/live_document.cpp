@@ -118,12 +118,14 @@ std::unique_ptr<LiveEngine> LiveEngine::take_next(std::shared_ptr<const simulati
   } catch (const Canceled&) {
     throw;
   } catch (const std::exception& e) {
-    answer(error_text(next.request, e.what()));
+    answer(error_text(next.request_id(), e.what()));
     return nullptr;
   }
 }
 
 /// Takes what outlives a scene from the one before.
+Json LiveEngine::Next::request_id() const { return request == nullptr ? Json() : *request; }
+
 void LiveEngine::follow(LiveEngine& before, const Next& next) {
   Moment then = before.moment();
   Document document = before.written();
@@ -179,7 +181,7 @@ void LiveEngine::follow(LiveEngine& before, const Next& next) {
     return;
   }
   if (const auto found = clients_.find(next.client); found != clients_.end())
-    found->second->peer->send_text(done_text(next.request));
+    found->second->peer->send_text(done_text(next.request_id()));
 }
 
 }  // namespace patinate::studio

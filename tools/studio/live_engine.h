@@ -93,8 +93,9 @@ class LiveEngine {
     std::int64_t count = 1;  ///< Of steps that are undone or redone.
     std::string label = {};
     std::shared_ptr<const Json> document = nullptr;
-    int client = 0;  ///< Who asks.
-    Json request = nullptr;
+    int client = 0;                                 ///< Who asks.
+    std::shared_ptr<const Json> request = nullptr;  ///< Its number; null = none waits.
+    [[nodiscard]] Json request_id() const;
   };
   /// What set_appearance() changes.
   struct AppearanceState {

@@ -1,4 +1,6 @@
 // A finished simulation, opened where it ended.
+#include <nlohmann/json.hpp>
+
 #include "patinate/core/error.h"
 #include "simulation/job/simulation_job.h"
 #include "simulation/job/simulation_output.h"

@@ -125,7 +125,7 @@ std::vector<std::int64_t> near_middle(const ImageF& codes, const std::vector<std
 void describe(OptionVisitor& v, BackgroundOptions& o) {
   v.visit({"mask_background",
            "Mask the background: `plain` (one color around the object), `#rrggbb` (that color anywhere), `unchanging` "
-           "(never changes in any photograph), `off`"},
+           "(never changes in any photograph), `off`; `project`: as `background` of capture.json says, else off"},
           o.mask_background);
 }
 
@@ -137,7 +137,7 @@ BackgroundRule background_rule(const std::string& text) {
   constexpr std::string_view kDigits = "0123456789abcdefABCDEF";
   constexpr std::size_t kLength = 7;
   if (text.size() != kLength || text[0] != '#' || text.find_first_not_of(kDigits, 1) != std::string::npos) {
-    throw InvalidInput("mask_background is `" + text + "`; give plain, unchanging, a color as #rrggbb, or off");
+    throw InvalidInput("mask_background is `" + text + "`; give " + std::string(kBackgroundRules));
   }
   BackgroundRule rule{.kind = Kind::Color};
   for (std::size_t c = 0; c < 3; ++c)

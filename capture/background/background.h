@@ -4,6 +4,7 @@
 
 #include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "patinate/core/options.h"
@@ -12,7 +13,7 @@
 namespace patinate::capture {
 
 struct BackgroundOptions {
-  std::string mask_background = "off";  ///< "off", "plain", "unchanging" or "#rrggbb".
+  std::string mask_background = "project";  ///< "off", "plain", "unchanging" or "#rrggbb"; "project": as that says.
 };
 void describe(OptionVisitor& v, BackgroundOptions& o);
 
@@ -21,6 +22,7 @@ struct BackgroundRule {
   Kind kind = Kind::Off;
   std::array<float, 3> color{};  ///< Color of Color: sRGB codes, [0, 1].
 };
+inline constexpr std::string_view kBackgroundRules = "plain, unchanging, a color as #rrggbb, or off";
 /// @throws InvalidInput that lists what there is.
 [[nodiscard]] BackgroundRule background_rule(const std::string& text);
 

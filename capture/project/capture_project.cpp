@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "capture/background/background.h"
 #include "capture/project/capture_text.h"
 #include "capture/project/given_transforms.h"
 #include "capture/project/sample_facts.h"
@@ -209,6 +210,15 @@ CaptureProject read_capture_project(const fs::path& file, const AlignOptions& al
   if (json.has("mask")) {
     project.mask = json.member("mask").path();
     check_map_size(*project.mask, project, true);
+  }
+  if (json.has("background")) {
+    const JsonReader background = json.member("background");
+    project.background = background.string();
+    try {
+      (void)background_rule(project.background);
+    } catch (const InvalidInput&) {
+      background.fail(std::string(kBackgroundRules));
+    }
   }
   if (json.has("appearance")) {
     project.appearance = read_appearance(json.member("appearance"));

@@ -79,6 +79,7 @@ struct CaptureProject {
   std::vector<GivenControl> controls;
   Appearance appearance;  ///< Stated material beside its color; may be empty.
   std::optional<std::filesystem::path> mask;
+  std::string background = "off";                 ///< What is masked beside it, as background_rule() reads it.
   std::optional<PixelRectangle> reference_patch;  ///< Patch of the reference photograph: its color does not change.
   std::optional<ChartSettings> chart;             ///< Colors are measured by it.
   std::optional<double> texel_size_mm;            ///< Surface length of a pixel of the photographs.

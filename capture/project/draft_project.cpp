@@ -1,25 +1,21 @@
 #include "capture/project/draft_project.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
-#include <string_view>
-#include <tuple>
 #include <utility>
 
+#include "capture/project/found_images.h"
 #include "capture/project/frame_sources.h"
 #include "capture/project/frame_times.h"
 #include "capture/project/photo_facts.h"
+#include "capture/project/plain_object.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
-#include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/decoder_process.h"
-#include "libcommon/image/whole_file.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
@@ -30,126 +26,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct FoundImage {
-  fs::path file;
-  ImageInfo info;
-};
-
-enum class Part { Photo, Transmission, Blank, Mask };
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
-Part part_of(const fs::path& file) {
-  const std::string name = lower(file.stem().string());
-  const auto has = [&](std::string_view word) { return name.find(word) != std::string::npos; };
-  const bool is_backlight = has("backlight") || has("back_light") || has("back-light") || has("transmission") ||
-                            has("transmitted") || has("lightbox");
-  if (has("blank")) return Part::Blank;
-  if (is_backlight) return has("empty") ? Part::Blank : Part::Transmission;
-  return name == "mask" || name.ends_with("_mask") || name.starts_with("mask_") ? Part::Mask : Part::Photo;
-}
-
-}  // namespace
-
-bool may_be_photograph(const fs::path& file) {
-  static constexpr std::array<std::string_view, 18> kKnown{".png", ".jpg", ".jpeg", ".tif",  ".tiff", ".webp",
-                                                           ".gif", ".bmp", ".tga",  ".heic", ".heif", ".avif",
-                                                           ".jp2", ".psd", ".ppm",  ".pgm",  ".exr",  ".mpo"};
-  const std::string extension = lower(file.extension().string());
-  return is_decoded_apart(file) || std::find(kKnown.begin(), kKnown.end(), extension) != kKnown.end();
-}
-
-namespace {
-
-/// Tells folders that patinate made: they hold no photographs.
-bool is_made(const fs::path& folder) {
-  std::error_code error;
-  return fs::exists(folder / "history.json", error) || fs::exists(folder / "job.json", error);
-}
-
-/// Every image in the folder and the folders directly in it, in natural order; hidden folders, and what patinate made,
-/// are skipped.
-std::vector<FoundImage> look(const fs::path& folder, std::vector<std::string>& to_check) {
-  std::vector<fs::path> folders{folder};
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    const std::string name = it->path().filename().string();
-    std::error_code ignored;
-    if (!it->is_directory(ignored) || name.starts_with(".") || name.ends_with(".partial")) continue;
-    if (!is_made(it->path()) && may_read(it->path())) folders.push_back(it->path());
-  }
-  if (error) throw IoError(folder.string(), "cannot be listed; " + error.message());
-  std::sort(folders.begin() + 1, folders.end());
-  std::vector<FoundImage> images;
-  for (const fs::path& f : folders) {
-    for (const fs::path& file : list_files(f, "*")) {
-      if (!may_be_photograph(file)) continue;
-      try {
-        const ImageInfo info = probe_image(file);
-        if (!info.key.empty() && lower(file.extension().string()) == ".exr") continue;  // A map that patinate made.
-        if (is_cut_off(file))
-          to_check.push_back(file.string() + ": ends before its picture does; copy it again");
-        else
-          images.push_back({file, info});
-      } catch (const IoError& e) {
-        to_check.push_back(std::string(e.what()) + "; excluded");
-      }
-    }
-  }
-  return images;
-}
-
-bool has_many(const FoundImage& image) { return image.info.num_frames > 1; }
-
-/// Candidates for the frames of a project: the photographs that share folder, format and size, or one movie.
-std::vector<std::vector<FoundImage>> frame_sets(const std::vector<FoundImage>& images,
-                                                const std::function<bool(const fs::path&)>& is_wanted) {
-  using Key = std::tuple<fs::path, std::string, int, int, fs::path>;
-  std::map<Key, std::vector<FoundImage>> sets;
-  for (const FoundImage& image : images) {
-    if (part_of(image.file) != Part::Photo || !is_wanted(image.file)) continue;
-    sets[{image.file.parent_path(), lower(image.file.extension().string()), image.info.width, image.info.height,
-          has_many(image) ? image.file : fs::path()}]
-        .push_back(image);
-  }
-  std::vector<std::vector<FoundImage>> list;
-  for (auto& [key, set] : sets) list.push_back(std::move(set));
-  return list;
-}
-
-/// "9 photographs of 640 x 480 (day01.png ... day17.png)".
-std::string set_text(const std::vector<FoundImage>& set, const fs::path& folder) {
-  const FoundImage& first = set.front();
-  const auto name = [&](const FoundImage& image) { return image.file.lexically_relative(folder).generic_string(); };
-  const std::string size = size_text(first.info.width, first.info.height);
-  if (has_many(first)) return name(first) + " with " + std::to_string(first.info.num_frames) + " images of " + size;
-  if (set.size() == 1) return "1 photograph of " + size + " (" + name(first) + ")";
-  return std::to_string(set.size()) + " photographs of " + size + " (" + name(first) + " ... " + name(set.back()) + ")";
-}
-
-/// All photographs as one series taken by hand. Nothing where a movie is among them, or where pictures of one name
-/// stand in several sets: smaller copies, or RAW beside JPEG.
-/// @param images  All that were found, in order.
-std::optional<std::vector<FoundImage>> by_hand(const std::vector<std::vector<FoundImage>>& sets,
-                                               const std::vector<FoundImage>& images) {
-  std::set<fs::path> files;
-  std::set<std::string> names;
-  for (const std::vector<FoundImage>& set : sets) {
-    for (const FoundImage& image : set) {
-      if (has_many(image) || !names.insert(lower(image.file.stem().string())).second) return std::nullopt;
-      files.insert(image.file);
-    }
-  }
-  std::vector<FoundImage> all;
-  std::copy_if(images.begin(), images.end(), std::back_inserter(all),
-               [&](const FoundImage& image) { return files.contains(image.file); });
-  return all;
-}
-
 /// List of photographs that no pattern holds: all of them, one by one.
 Json frame_list(const std::vector<FoundImage>& group, const std::vector<double>& times,
                 const std::function<std::string(const fs::path&)>& relative) {
@@ -159,17 +35,6 @@ Json frame_list(const std::vector<FoundImage>& group, const std::vector<double>&
   Json list = Json::array();
   for (const auto& [time, photo] : rows) list.push_back({{"time", time}, {"photo", photo}});
   return list;
-}
-
-/// A project that left some of the photographs out in silence would look whole.
-[[noreturn]] void refuse_several(const fs::path& folder, const std::vector<std::vector<FoundImage>>& sets) {
-  constexpr std::size_t kMaxNamed = 8;
-  std::string list;
-  for (std::size_t i = 0; i < std::min(sets.size(), kMaxNamed); ++i)
-    list += (i == 0 ? "" : ", ") + set_text(sets[i], folder);
-  if (sets.size() > kMaxNamed) list += " and " + std::to_string(sets.size() - kMaxNamed) + " more";
-  throw IoError(folder.string(),
-                "holds several sets that may be the frames: " + list + "; say with --only which names make them");
 }
 
 /// `IMG_*.jpg` for names that begin alike, so that a mask beside them is not meant.
@@ -197,7 +62,7 @@ bool has_one_pattern(const std::vector<FoundImage>& group) {
   const FoundImage& first = group.front();
   return std::all_of(group.begin(), group.end(), [&](const FoundImage& i) {
     return i.file.parent_path() == first.file.parent_path() &&
-           lower(i.file.extension().string()) == lower(first.file.extension().string());
+           lower_case(i.file.extension().string()) == lower_case(first.file.extension().string());
   });
 }
 
@@ -285,14 +150,19 @@ Frames find_frames(const std::vector<FoundImage>& group, std::vector<std::string
   return frames;
 }
 
-const FoundImage* first_of(const std::vector<FoundImage>& images, Part part) {
-  const auto found =
-      std::find_if(images.begin(), images.end(), [&](const FoundImage& i) { return part_of(i.file) == part; });
-  return found == images.end() ? nullptr : &*found;
-}
-
-bool same_size(const FoundImage& a, const FoundImage& b) {
-  return a.info.width == b.info.width && a.info.height == b.info.height;
+/// Masks a plain background, and aligns an object that does not lie still before it.
+void add_background(const std::vector<FoundImage>& group, bool is_aligned, DraftText& text, ProjectDraft& draft) {
+  std::vector<fs::path> files;
+  for (const FoundImage& image : group) files.push_back(image.file);
+  const std::optional<PlainObject> object = find_plain_object(files);
+  if (!object) return;
+  text.member("background", "plain", "masks what is around the object; \"off\" keeps it");
+  draft.found.push_back("an object before a plain background, on " + fixed_percent_text(object->share) +
+                        " of the picture; `background` masks the rest");
+  if (!object->has_moved || is_aligned) return;
+  text.member("align", "auto", "\"off\" when camera and object stood still");
+  draft.to_check.push_back(
+      "`align`: the object does not lie in the same place in all photographs, so they are aligned with each other");
 }
 
 }  // namespace
@@ -302,7 +172,7 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
   if (!fs::is_directory(folder, error))
     throw IoError(folder.string(), "is no folder; give the folder of the photographs");
   ProjectDraft draft;
-  const std::vector<FoundImage> images = look(folder, draft.to_check);
+  const std::vector<FoundImage> images = find_images(folder, draft.to_check);
   const auto is_wanted = [&](const fs::path& file) {
     return only.empty() || matches_pattern(file.filename().string(), only) ||
            matches_pattern(file.lexically_relative(folder).generic_string(), only);
@@ -366,6 +236,8 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
         "`align`: photographs differ in size, folder or format, so they are aligned with each other, as "
         "those taken by hand; --only says which names make the frames if some belong elsewhere");
   }
+  const bool has_mask = first_of(images, Part::Mask) != nullptr || first_of(images, Part::Transmission) != nullptr;
+  if (!has_mask && !has_many(first)) add_background(group, sets.size() > 1, text, draft);
   if (first.info.is_raw) draft.found.push_back("camera RAW: taken as linear light");
   std::vector<std::pair<std::string, ImageFacts>> facts;
   for (const FoundImage& image : group) facts.emplace_back(image.file.filename().string(), image.info.facts);

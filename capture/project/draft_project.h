@@ -15,9 +15,6 @@ struct ProjectDraft {
   std::vector<std::string> to_check;  ///< Guesses and exclusions to check, one line each.
 };
 
-/// Whether a file is an image, camera RAW or a movie, by its name.
-[[nodiscard]] bool may_be_photograph(const std::filesystem::path& file);
-
 /// Looks at the images and movies in `folder` and in the folders directly in it. The frames are all photographs, which
 /// share folder, format and size, or a movie; a back-light photograph, its blank and a mask are known by their names.
 /// Times come from dates in the names or EXIF, else an interval of 1 stands in their place.

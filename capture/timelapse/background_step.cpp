@@ -154,7 +154,13 @@ std::vector<HistoryWarning> take_background_off(const IngestWork& work, const fs
   const std::vector<ImageU8> found = backgrounds(work, source, size, rule, control);
   const Image<std::int32_t> counts = counts_of(found);
   keep_object(work, counts, mask);
-  return lone_warnings(work, found, counts);
+  std::vector<HistoryWarning> warnings = lone_warnings(work, found, counts);
+  if (std::all_of(counts.values().begin(), counts.values().end(), [](std::int32_t n) { return n == 0; })) {
+    warnings.push_back({.about = WarningSubject::Mask,
+                        .text = "--mask-background " + work.options.background.mask_background + " finds no background",
+                        .cure = "a `mask`, or another kind: plain, unchanging or a color as '#rrggbb'"});
+  }
+  return warnings;
 }
 
 void take_background_off_early(const IngestWork& work, const std::function<ImageF(int)>& read_frame, ImageU8& mask,

@@ -227,9 +227,11 @@ HistoryManifest IngestWork::manifest() const {
 
 JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options, const fs::path& output) {
   check_ranges(options);
-  (void)background_rule(options.background.mask_background);
   check_flat_field(options.repair.flat_field);
   auto work = std::make_shared<IngestWork>(IngestWork{project, options, {}, "", options.add_progress});
+  std::string& background = work->options.background.mask_background;
+  if (background == "project") background = project.background;
+  (void)background_rule(background);
   work->repairs = std::make_shared<RepairTables>();
   work->places = std::make_shared<PlaceTable>();
   work->gains = std::make_shared<GainTable>();

@@ -4,7 +4,7 @@
 
 #include "app/request/history_library.h"
 #include "app/request/repeating_command.h"
-#include "capture/project/draft_project.h"
+#include "capture/project/found_images.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/job/result_folder.h"

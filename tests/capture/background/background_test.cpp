@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
+#include <optional>
 
+#include "capture/project/plain_object.h"
 #include "capture/timelapse/ingest.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/random.h"
@@ -127,6 +130,48 @@ void write_leaves(const std::filesystem::path& folder, const std::vector<ImageF>
     "kind": "fixed", "frames": {"pattern": "frames/*.png", "interval": 1}})");
 }
 
+/// A photograph, moved to the right by `by_px` pixels.
+ImageF moved_by(const ImageF& photograph, int by_px) {
+  ImageF moved = photograph;
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x)
+      for (int c = 0; c < 3; ++c) moved.at(x, y, c) = photograph.at(std::max(0, x - by_px), y, c);
+  }
+  return moved;
+}
+
+std::optional<PlainObject> plain_object_of(const std::vector<ImageF>& photographs) {
+  const testing_support::TempFolder folder;
+  write_leaves(folder.path(), photographs);
+  std::vector<std::filesystem::path> files;
+  for (std::size_t i = 0; i < photographs.size(); ++i)
+    files.push_back(folder.path() / "frames" / (std::to_string(i) + ".png"));
+  return find_plain_object(files);
+}
+
+TEST(PlainObject, IsOneLargePartInEveryPhotograph) {
+  const std::optional<PlainObject> still = plain_object_of({leaf_on_card(1), leaf_on_card(2), leaf_on_card(3)});
+  ASSERT_TRUE(still);
+  // The spot of the card's color is enclosed, so it belongs to the leaf; its outline is known to a pixel.
+  EXPECT_NEAR(still->share, std::numbers::pi * kRadius * kRadius / (kSide * kSide),
+              2.0 * std::numbers::pi * kRadius / (kSide * kSide));
+  EXPECT_FALSE(still->has_moved);
+  // A leaf of a radius of 30 that moved by 10 shares 0.65 of the area that both cover.
+  const std::optional<PlainObject> moved =
+      plain_object_of({leaf_on_card(1), leaf_on_card(2), moved_by(leaf_on_card(3), 10)});
+  ASSERT_TRUE(moved);
+  EXPECT_TRUE(moved->has_moved);
+}
+
+TEST(PlainObject, IsNoCoatThatRusts) {
+  // The first photograph of a coat is as plain as a card; so are those on which the rust is not yet large.
+  const ImageF coat = leaf_on_card(1, kGray, kGray);
+  EXPECT_FALSE(plain_object_of({coat, leaf_on_card(2), leaf_on_card(3)}));
+  EXPECT_FALSE(plain_object_of({coat, coat, coat}));
+  // Another card is another background: its color is further off than a camera's balance.
+  EXPECT_FALSE(plain_object_of({leaf_on_card(1), leaf_on_card(2), leaf_on_card(3, {0.2F, 0.2F, 0.6F})}));
+}
+
 IngestOptions with_rule(const char* rule) {
   IngestOptions options;
   options.background.mask_background = rule;
@@ -151,6 +196,31 @@ TEST(IngestBackground, IsOffTheMaskInEveryPhotographThatShowsIt) {
     }
   }
   EXPECT_TRUE(history.manifest().warnings.empty());
+}
+
+TEST(IngestBackground, IsWhatTheProjectSaysUnlessTheOptionSaysOtherwise) {
+  const testing_support::TempFolder folder;
+  write_leaves(folder.path(), {leaf_on_card(1), leaf_on_card(2)});
+  const std::string text = read_file(folder.path() / "capture.json");
+  write_atomically(folder.path() / "capture.json", text.substr(0, text.rfind('}')) + R"(, "background": "plain"})");
+  EXPECT_TRUE(testing_support::ingest(folder.path(), {}).manifest().mask);
+  std::filesystem::remove_all(folder.path() / "out");
+  EXPECT_FALSE(testing_support::ingest(folder.path(), with_rule("off")).manifest().mask);
+  write_atomically(folder.path() / "capture.json", text.substr(0, text.rfind('}')) + R"(, "background": "white"})");
+  const std::string error = testing_support::ingest_error(folder.path(), {});
+  EXPECT_TRUE(testing_support::has(error, "background")) << error;
+  EXPECT_TRUE(testing_support::has(error, "unchanging")) << error;
+}
+
+TEST(IngestBackground, ThatIsNowhereIsWarnedOf) {
+  const testing_support::TempFolder folder;
+  // All of it changes: nothing is unchanging.
+  write_leaves(folder.path(), {leaf_on_card(1), leaf_on_card(2, {0.4F, 0.4F, 0.4F}, {0.1F, 0.1F, 0.1F})});
+  const HistoryReader history = testing_support::ingest(folder.path(), with_rule("unchanging"));
+  bool is_named = false;
+  for (const HistoryWarning& w : history.manifest().warnings)
+    is_named = is_named || testing_support::has(w.text, "finds no background");
+  EXPECT_TRUE(is_named);
 }
 
 TEST(IngestBackground, APhotographThatAloneShowsItOnTheObjectIsNamed) {

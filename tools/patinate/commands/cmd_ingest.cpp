@@ -39,8 +39,8 @@ void note_doubtful_controls(const HistoryReader& history, CommandRun& run) {
     if (10 * num_unchanged > num_inside) {
       run.warn(
           short_number_text(std::round(100.0 * static_cast<double>(num_unchanged) / static_cast<double>(num_inside))) +
-          " % of the pixels never change, and transfers will copy them too; mask the background with a `mask` or "
-          "--mask-background unchanging");
+          " % of the pixels never change, and transfers will copy them too; if they are background, give "
+          "--mask-background plain (around it, one color) or unchanging, or a `mask`");
     }
   }
 }

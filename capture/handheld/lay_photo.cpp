@@ -23,23 +23,31 @@ std::array<double, 4> cubic_weights(double t) {
           0.5 * t * t * (t - 1)};
 }
 
-/// Adds the sample, kept within the values around it so that edges do not ring.
+/// Adds the sample, kept within the values around it so that edges do not ring. @param sum  A value for each of the
+/// `C` channels.
+template <std::size_t C>
 void add_sample(const ImageF& image, const Eigen::Vector2d& at, std::span<double> sum) {
   const int x0 = static_cast<int>(std::floor(at.x())), y0 = static_cast<int>(std::floor(at.y()));
   const std::array<double, 4> wx = cubic_weights(at.x() - x0), wy = cubic_weights(at.y() - y0);
-  for (std::size_t c = 0; c < sum.size(); ++c) {
-    double value = 0.0, low = 1e30, high = -1e30;
-    for (int j = -1; j <= 2; ++j) {
-      for (int i = -1; i <= 2; ++i) {
-        const double v = static_cast<double>(image.at(std::clamp(x0 + i, 0, image.width() - 1),
-                                                      std::clamp(y0 + j, 0, image.height() - 1), static_cast<int>(c)));
-        value += wx[i + 1] * wy[j + 1] * v;
-        low = std::min(low, v);
-        high = std::max(high, v);
+  std::array<std::int64_t, 4> columns{};
+  for (int i = 0; i < 4; ++i) columns[i] = static_cast<std::int64_t>(C) * std::clamp(x0 + i - 1, 0, image.width() - 1);
+  std::array<double, C> value{}, low, high;
+  low.fill(1e30);
+  high.fill(-1e30);
+  for (int j = 0; j < 4; ++j) {
+    const float* row =
+        image.data() + static_cast<std::int64_t>(C) * image.width() * std::clamp(y0 + j - 1, 0, image.height() - 1);
+    for (int i = 0; i < 4; ++i) {
+      const double weight = wx[i] * wy[j];
+      for (std::size_t c = 0; c < C; ++c) {
+        const double v = static_cast<double>(row[columns[i] + static_cast<std::int64_t>(c)]);
+        value[c] += weight * v;
+        low[c] = std::min(low[c], v);
+        high[c] = std::max(high[c], v);
       }
     }
-    sum[c] += std::clamp(value, low, high);
   }
+  for (std::size_t c = 0; c < C; ++c) sum[c] += std::clamp(value[c], low[c], high[c]);
 }
 
 /// The photograph reduced so that a footprint is at most kMaxSamples pixels long, and the map to it.
@@ -90,6 +98,9 @@ ImageF lay_photo(const ImageF& photo, const Eigen::Matrix3d& reference_from_phot
   shown = ImageU8(width, height, 1, 255);
   constexpr std::int64_t kRowsPerChunk = 8;
   constexpr double kEdge = 0.5 + 1e-6;  // Pixels are squares around their centers.
+  if (photo.channels() != 1 && photo.channels() != 3)
+    throw InvalidInput("a photograph has one channel or three, not " + std::to_string(photo.channels()));
+  const auto add = photo.channels() == 1 ? add_sample<1> : add_sample<3>;
   const double right = from.width() - 1.0, bottom = from.height() - 1.0;
   parallel_for(height, kRowsPerChunk, quiet, [&](std::int64_t begin, std::int64_t end) {
     std::vector<double> sum(static_cast<std::size_t>(photo.channels()));
@@ -104,7 +115,7 @@ ImageF lay_photo(const ImageF& photo, const Eigen::Matrix3d& reference_from_phot
           const bool is_inside =
               at.x() >= -kEdge && at.y() >= -kEdge && at.x() <= right + kEdge && at.y() <= bottom + kEdge;
           if (!is_inside) shown.at(x, y) = 0;
-          add_sample(from, {std::clamp(at.x(), 0.0, right), std::clamp(at.y(), 0.0, bottom)}, sum);
+          add(from, {std::clamp(at.x(), 0.0, right), std::clamp(at.y(), 0.0, bottom)}, sum);
         }
         const auto pixel = out.pixel(x, y);
         for (std::size_t c = 0; c < sum.size(); ++c) pixel[c] = static_cast<float>(sum[c] / (k * k));

@@ -12,6 +12,7 @@
 #include "capture/project/given_transforms.h"
 #include "capture/timelapse/ingest_work.h"
 #include "libcommon/job/job.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 
@@ -20,6 +21,8 @@ struct PlaceTable {
   std::mutex mutex;
   bool is_loaded = false;
   std::map<int, Eigen::Matrix3d> reference_from_photo;  ///< By the photograph's number.
+  std::once_flag once_reference;
+  ImageF reference;  ///< The reference's roi in color, which fills what other photographs do not show.
 };
 
 /// Photographs have to be matched: kAlignmentFile is made before all else.

@@ -53,6 +53,7 @@ ImageU8 opaque_part(const CapturePhoto& photo) {
   if (!photo.has_alpha) return {};
   const ImageF alpha =
       photo.stream ? channel_of(photo.stream->read(photo.image), "A") : read_channels(photo.file, {"A"});
+  if (std::all_of(alpha.values().begin(), alpha.values().end(), [](float a) { return a >= 0.5f; })) return {};
   ImageU8 opaque(alpha.width(), alpha.height());
   std::transform(alpha.values().begin(), alpha.values().end(), opaque.values().begin(),
                  [](float a) { return static_cast<std::uint8_t>(a >= 0.5f ? 255 : 0); });
@@ -123,8 +124,11 @@ ImageF read_frame_roi(const IngestWork& work, int index, const fs::path& folder)
   keep_opaque(work, index, folder, shown);
   const bool is_whole =
       std::all_of(shown.values().begin(), shown.values().end(), [](std::uint8_t v) { return v != 0; });
-  if (!is_whole && index != project.reference)
-    fill_from_reference(color, shown, roi_of(read(project.reference), project.roi));
+  if (!is_whole && index != project.reference) {
+    PlaceTable& table = *work.places;
+    std::call_once(table.once_reference, [&] { table.reference = roi_of(read(project.reference), project.roi); });
+    fill_from_reference(color, shown, table.reference);
+  }
   apply_light_gain(work, index, folder, color);
   return color;
 }

@@ -13,7 +13,7 @@ namespace patinate::capture {
 /// For work inside of one frame: frames run side by side already.
 [[nodiscard]] RunControl one_thread();
 
-/// 255 where a photograph is opaque; empty when it has no alpha. Of the photograph's size. @throws IoError
+/// 255 where a photograph is opaque; empty when it is everywhere. Of the photograph's size. @throws IoError
 [[nodiscard]] ImageU8 opaque_part(const CapturePhoto& photo);
 
 /// A frame's photograph before the roi is cut out; of a hand-held series where the reference has it. @throws IoError

@@ -209,7 +209,7 @@ void add_relief_of(const std::shared_ptr<TiledMaps>& maps, std::vector<GlbAppear
 
 /// Of a model whose size nobody has said. @param mesh  In mm.
 std::string assumed_unit_text(double mm_per_unit, const Mesh& mesh) {
-  return "the mesh file states no length unit, so its unit is taken as " + short_number_text(rounded(mm_per_unit, 2)) +
+  return "the mesh file states no length unit, so 1 unit is taken as " + short_number_text(rounded(mm_per_unit, 2)) +
          " mm, as in the transfer: the model is " + short_number_text(rounded(bounding_box(mesh).diagonal(), 2)) +
          " mm from corner to corner; state the unit when you make the transfer";
 }

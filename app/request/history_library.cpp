@@ -49,8 +49,8 @@ std::vector<LibraryEntry> library_entries() {
 }
 
 std::string missing_library_text() {
-  return "there is no library of histories; tools/library/build of patinate's source makes one, and "
-         "$PATINATE_LIBRARY names folders that hold histories";
+  return "there is no library of histories; install the package patinate-library, or run tools/library/build in "
+         "patinate's source; $PATINATE_LIBRARY names folders that hold histories";
 }
 
 std::optional<std::string> library_name(const fs::path& folder) {

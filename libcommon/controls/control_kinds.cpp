@@ -226,8 +226,8 @@ ControlMap make_control(const std::string& kind, const TexelMap& map, const Cont
   }
   std::string list;
   for (const std::string& name : control_kind_names()) list += (list.empty() ? "`" : ", `") + name + "`";
-  throw ParseError("unknown kind of control `" + kind + "`" + did_you_mean(kind, control_kind_names()) +
-                   "; there are " + list);
+  throw ParseError("unknown kind of control `" + kind + "`; there are " + list +
+                   did_you_mean(kind, control_kind_names()));
 }
 
 ControlMap read_control_file(const std::filesystem::path& path, const TexelMap& map) {

@@ -254,8 +254,8 @@ class Parser {
   [[noreturn]] void fail_unknown(std::size_t at, const std::string& word) const {
     std::string list;
     for (const std::string& name : syntax_.names) list += (list.empty() ? "`" : ", `") + name + "`";
-    throw ParseError(place(at) + "unknown " + syntax_.name + " `" + word + "`" + did_you_mean(word, syntax_.names) +
-                     "; there are " + list + (syntax_.has_files ? ", and files such as `map.exr`" : ""));
+    throw ParseError(place(at) + "unknown " + syntax_.name + " `" + word + "`; there are " + list +
+                     (syntax_.has_files ? ", and files such as `map.exr`" : "") + did_you_mean(word, syntax_.names));
   }
 
   NodePtr call(const Function& function) {

@@ -100,8 +100,8 @@ TEST(ControlExpression, TellsFilesFromNames) {
 TEST(ControlExpression, ErrorsNameThePositionAndWhatWasMeant) {
   EXPECT_EQ(
       expression_error("0.5*acessibility"),
-      "position 5: unknown control `acessibility`; did you mean `accessibility`?; there are `accessibility`, `facing`, "
-      "`spray`, and files such as `map.exr`");
+      "position 5: unknown control `acessibility`; there are `accessibility`, `facing`, `spray`, and files such as "
+      "`map.exr`; did you mean `accessibility`?");
   EXPECT_EQ(expression_error("facing +"), "position 9: found the end; expected a number, a control or `(`");
   EXPECT_EQ(expression_error("(facing"), "position 8: found the end; expected `)`");
   EXPECT_EQ(expression_error("facing spray"), "position 8: found `s`; expected an operator or the end");

@@ -118,8 +118,8 @@ TEST(ExpressionProgram, NamesTheMistakeAndWhatWasMeant) {
     return testing_support::error_of<ParseError>([&] { (void)parse_expression(text, kSyntax); });
   };
   EXPECT_EQ(says("min(watr, metal)"),
-            "driver `min(watr, metal)`: position 5: unknown material `watr`; did you mean `water`?; there are `water`, "
-            "`metal`, `age`");
+            "driver `min(watr, metal)`: position 5: unknown material `watr`; there are `water`, `metal`, `age`; did "
+            "you mean `water`?");
   EXPECT_EQ(says("water +"), "driver `water +`: position 8: found the end; expected a number, a material or `(`");
   EXPECT_EQ(says("\"wet.exr\""), "driver `\"wet.exr\"`: position 1: found `\"`; expected a number, a material or `(`");
   EXPECT_EQ(says("water/metal"), "") << "no path where there are no files";

@@ -362,12 +362,13 @@ TEST(RuleEngine, NamesTheDriverThatCannotBeRead) {
     const std::vector<Rule> rules{rule_of(driver, 1.0, {1.0})};
     return error_of([&] { (void)RuleEngine(rules, kRustMaterials, *scene.surface, 1.0, 1); });
   };
-  EXPECT_EQ(says("min(watr, metal)"),
-            "rule 'test': driver `min(watr, metal)`: position 5: unknown material or parameter `watr`; did you mean "
-            "`water`?; there are "
-            "`water`, `metal`, `rust`, `accessibility`, `ray_share`, `tangent_sphere`, `exposure`, `sun`, `facing`, "
-            "`height`, "
-            "`spray`, `noise`, `wood_grain`, `slope`, `age`, `rain`, `temperature`, `humidity`, `sunshine`, `wind`");
+  EXPECT_EQ(
+      says("min(watr, metal)"),
+      "rule 'test': driver `min(watr, metal)`: position 5: unknown material or parameter `watr`; there are "
+      "`water`, `metal`, `rust`, `accessibility`, `ray_share`, `tangent_sphere`, `exposure`, `sun`, `facing`, "
+      "`height`, "
+      "`spray`, `noise`, `wood_grain`, `slope`, `age`, `rain`, `temperature`, `humidity`, `sunshine`, `wind`; did "
+      "you mean `water`?");
   EXPECT_TRUE(has(says("water +"), "position 8: found the end"));
 }
 

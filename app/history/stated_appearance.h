@@ -1,5 +1,5 @@
 /// \file
-/// `patinate history appearance` as a job: a history with maps of what its material is stated to be.
+/// `patinate history material` as a job: a history with maps of what its material is stated to be.
 #pragma once
 
 #include <filesystem>

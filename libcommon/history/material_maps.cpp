@@ -232,7 +232,7 @@ ImageF sample_orm(const History& history, double time, Between between) {
   const auto is_there = [&](MaterialMap map) { return has_map(history, map); };
   if (!is_there(MaterialMap::Roughness) && !is_there(MaterialMap::Metalness))
     throw InvalidInput(history.label() +
-                       ": knows neither roughness nor metalness; `patinate history appearance` states them");
+                       ": knows neither roughness nor metalness; `patinate history material` states them");
   const auto sampled = [&](MaterialMap map, float unknown) {
     return is_there(map) ? sample_material_map(history, map, time, between)
                          : ImageF(history.facts().width, history.facts().height, 1, unknown);

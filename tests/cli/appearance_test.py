@@ -33,7 +33,7 @@ class Appearance(CommandCase):
 
     def test_stated_in_the_project_or_afterwards_is_the_same_maps(self):
         self.write("stated.json", MATERIALS)
-        self.succeeds("history", "appearance", "history", "stated.json", "-o", "after")
+        self.succeeds("history", "material", "history", "stated.json", "-o", "after")
         project = json.loads((self.shared / "capture/capture.json").read_text())
         (self.folder / "capture").mkdir()
         for item in (self.shared / "capture").iterdir():
@@ -48,15 +48,15 @@ class Appearance(CommandCase):
                 self.assertEqual((self.folder / "before" / frame[name]).read_bytes(), (self.folder / "after" / after["frames"][number][name]).read_bytes())
         self.succeeds("validate", "before")
         self.assertIn("up to date", self.run_patinate("ingest", "capture", "-o", "before").stderr)
-        self.assertIn("up to date", self.run_patinate("history", "appearance", "history", "stated.json", "-o", "after").stderr)
+        self.assertIn("up to date", self.run_patinate("history", "material", "history", "stated.json", "-o", "after").stderr)
 
     def test_metal_reaches_textures_pictures_and_models(self):
         self.write("stated.json", {"metalness": {"control": "thickness", "values": [[0, 1]]}, "roughness": [[0, 0.25], [1e6, 0.5]], "specular": 0.16})
-        self.succeeds("history", "appearance", "history", "stated.json", "-o", "metal")
+        self.succeeds("history", "material", "history", "stated.json", "-o", "metal")
         self.succeeds("transfer", "metal", self.shared / "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged")
         for name in ("metalness", "roughness", "orm", "base"):
-            self.succeeds("lookup", "aged", "--time", "0", "--map", name, "-o", f"{name}.png")
-        self.fails(INPUT, "no `tint`", "lookup", "aged", "--time", "0", "--map", "tint", "-o", "tint.png")
+            self.succeeds("texture", "aged", "--time", "0", "--map", name, "-o", f"{name}.png")
+        self.fails(INPUT, "no `tint`", "texture", "aged", "--time", "0", "--map", "tint", "-o", "tint.png")
         self.succeeds("render", "aged", "--time", "0", "--width", "48", "--height", "48", "-o", "all.png")
         self.succeeds("render", "aged", "--time", "0", "--width", "48", "--height", "48", "--maps", "color", "-o", "color.png")
         self.assertNotEqual((self.folder / "all.png").read_bytes(), (self.folder / "color.png").read_bytes())
@@ -91,7 +91,7 @@ class Appearance(CommandCase):
             self.assertNotIn("extensions", material)  # 0.04 is what viewers assume.
 
     def test_one_number_for_all_is_one_map(self):
-        self.succeeds("history", "appearance", "history", "--metalness", "1", "--roughness", "0.3", "-o", "metal")
+        self.succeeds("history", "material", "history", "--metalness", "1", "--roughness", "0.3", "-o", "metal")
         made = self.manifest("metal")
         self.assertEqual(set(made["maps"]), {"specular", "metalness"})
         self.assertNotIn("metalness", made["frames"][0])
@@ -104,14 +104,14 @@ class Appearance(CommandCase):
 
     def test_bad_input_is_one_line(self):
         self.write("wrong.json", {"metalness": 1.5})
-        self.fails(INPUT, "found 1.5", "history", "appearance", "history", "wrong.json", "-o", "out")
+        self.fails(INPUT, "found 1.5", "history", "material", "history", "wrong.json", "-o", "out")
         self.write("control.json", {"metalness": {"control": "thicknes", "values": [[0, 1]]}})
-        self.fails(INPUT, "thickness", "history", "appearance", "history", "control.json", "-o", "out")
-        self.fails(USAGE, "expected a file", "history", "appearance", "history", "-o", "out")
-        self.fails(USAGE, "metalness", "history", "appearance", "history", "--metalness", "2", "-o", "out")
-        self.fails(INPUT, "urn", "history", "appearance", self.shared / "urn", "--metalness", "1", "-o", "out")
-        self.succeeds("history", "appearance", "history", "--metalness", "1", "-o", "metal")
-        self.fails(INPUT, "has `metalness` already", "history", "appearance", "metal", "--metalness", "1", "-o", "out")
+        self.fails(INPUT, "thickness", "history", "material", "history", "control.json", "-o", "out")
+        self.fails(USAGE, "expected a file", "history", "material", "history", "-o", "out")
+        self.fails(USAGE, "metalness", "history", "material", "history", "--metalness", "2", "-o", "out")
+        self.fails(INPUT, "urn", "history", "material", self.shared / "urn", "--metalness", "1", "-o", "out")
+        self.succeeds("history", "material", "history", "--metalness", "1", "-o", "metal")
+        self.fails(INPUT, "has `metalness` already", "history", "material", "metal", "--metalness", "1", "-o", "out")
 
 
 if __name__ == "__main__":

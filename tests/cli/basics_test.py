@@ -52,7 +52,7 @@ class CommandLine(CommandCase):
     def test_help_and_version_need_nothing_else(self):
         self.assertIn("Usage:", self.succeeds("--help"))
         self.assertRegex(self.succeeds("--version"), r"^patinate \d+\.\d+\.\d+ \((commit [0-9a-f]{8}( with changes)?|no commit), \w+, \w+ [\d.]+\)\n$")
-        for verb in ("ingest", "control", "transfer", "lookup", "export", "render", "info", "validate", "synth"):
+        for verb in ("ingest", "control", "transfer", "texture", "export", "render", "info", "validate", "synth"):
             with self.subTest(verb=verb):
                 self.assertIn(verb, self.succeeds("--help"))
                 text = self.succeeds(verb, "--help")
@@ -98,8 +98,8 @@ class CommandLine(CommandCase):
         self.assertEqual((result.stdout, result.stderr, result.returncode), ("", "", 0))
 
     def test_a_full_disk_under_stdout_is_said(self):
-        for arguments in (["info", self.shared / "history"], ["--version"], ["--help"], ["lookup", "--help"], ["help"], ["help", "--man"], ["help", "completion", "bash"],
-                          ["validate", self.shared / "history"], ["lookup", self.shared / "aged", "--time", "1", "-o", self.folder / "x.png", "--dry-run"]):
+        for arguments in (["info", self.shared / "history"], ["--version"], ["--help"], ["texture", "--help"], ["help"], ["help", "--man"], ["help", "completion", "bash"],
+                          ["validate", self.shared / "history"], ["texture", self.shared / "aged", "--time", "1", "-o", self.folder / "x.png", "--dry-run"]):
             with self.subTest(arguments=arguments), open("/dev/full", "w") as full:
                 result = subprocess.run([self.patinate, *arguments], stdout=full, stderr=subprocess.PIPE, text=True)
                 self.assertEqual(result.returncode, CANNOT, result.stderr)
@@ -111,12 +111,12 @@ class CommandLine(CommandCase):
         self.succeeds("control", "urn/mesh.obj", "--kind", "facing", "--resolution", "64", "-o", "when.exr")
         (self.folder / "link").symlink_to(aged)
         before = tree_of(self.folder)
-        for about, arguments in (("is an input (--time-map)", ["lookup", "aged", "--time-map", "when.exr", "-o", "when.exr"]),
-                                 ("is an input (--time-map)", ["lookup", "aged", "--time-map", "0.5*when.exr+facing", "-o", "./when.exr"]),
-                                 ("is an input (--time-map)", ["lookup", "aged", "--time-map", "when.exr", "-o", self.folder / "when.exr"]),
-                                 ("lies inside", ["lookup", "aged", "--time", "1", "-o", "aged/coordinates.exr"]),
-                                 ("lies inside", ["lookup", "aged", "--time", "1", "-o", "link/coordinates.exr"]),
-                                 ("lies inside", ["lookup", "aged", "--time", "1", "-o", "history/frames/0000.exr"]),
+        for about, arguments in (("is an input (--time-map)", ["texture", "aged", "--time-map", "when.exr", "-o", "when.exr"]),
+                                 ("is an input (--time-map)", ["texture", "aged", "--time-map", "0.5*when.exr+facing", "-o", "./when.exr"]),
+                                 ("is an input (--time-map)", ["texture", "aged", "--time-map", "when.exr", "-o", self.folder / "when.exr"]),
+                                 ("lies inside", ["texture", "aged", "--time", "1", "-o", "aged/coordinates.exr"]),
+                                 ("lies inside", ["texture", "aged", "--time", "1", "-o", "link/coordinates.exr"]),
+                                 ("lies inside", ["texture", "aged", "--time", "1", "-o", "history/frames/0000.exr"]),
                                  ("lies inside", ["render", "history", "-o", "history/picture.png"]),
                                  ("is an input (SUBJECT)", ["export", "aged", "-o", "aged"]),
                                  ("is an input (MESH)", ["transfer", "history", "urn/mesh.obj", "--control", "facing", "-o", "urn/mesh.obj"]),
@@ -126,7 +126,7 @@ class CommandLine(CommandCase):
                 with self.subTest(arguments=arguments, force=force):
                     self.fails(USAGE, about, *arguments, *force)
         self.assertEqual(tree_of(self.folder), before)
-        self.succeeds("lookup", "aged", "--time-map", "when.exr", "-o", "made.exr")
+        self.succeeds("texture", "aged", "--time-map", "when.exr", "-o", "made.exr")
         self.assertTrue(history.exists())
 
 
@@ -277,7 +277,7 @@ class Histories(CommandCase):
 
     def test_a_transfer_whose_history_has_gone(self):
         self.take("aged")
-        self.fails(INPUT, "history", "lookup", "aged", "--time", "1", "-o", "x.png")
+        self.fails(INPUT, "history", "texture", "aged", "--time", "1", "-o", "x.png")
 
     def test_info_and_validate_refuse_what_is_nothing_of_ours(self):
         (self.folder / "notes.txt").write_text("hello")

@@ -76,7 +76,7 @@ class Combine(unittest.TestCase):
         controls = json.loads((self.folder / "aged/transfer.json").read_text())["controls"]
         self.assertEqual([(c["source"], c["mapping"]) for c in controls], [("thickness", "rank"), ("history", "physical")])
         self.assertEqual(run("validate", self.folder / "aged").returncode, 0)
-        for command in (["lookup", self.folder / "aged", "--time", "5", "-o", self.folder / "tex.png"], ["evaluate", self.folder / "aged", "--samples", "200", "-o", self.folder / "report"]):
+        for command in (["texture", self.folder / "aged", "--time", "5", "-o", self.folder / "tex.png"], ["evaluate", self.folder / "aged", "--samples", "200", "-o", self.folder / "report"]):
             result = run(*command)
             self.assertEqual(result.returncode, 0, result.stderr)
 

@@ -84,7 +84,7 @@ class Compare(unittest.TestCase):
 
     def test_what_the_surfaces_are_made_of_is_compared_where_a_side_states_it(self):
         for name, roughness in (("dull", 0.7), ("bright", 0.3)):
-            self.assertEqual(patinate("history", "appearance", "one", "--roughness", roughness, "--metalness", 1, "-o", name).returncode, 0)
+            self.assertEqual(patinate("history", "material", "one", "--roughness", roughness, "--metalness", 1, "-o", name).returncode, 0)
         result = patinate("history", "compare", "dull", "bright", "--num-times", 3, "--num-resamples", 0, "-o", "gloss", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         figures = {f["name"]: f["value"] for f in json.loads(result.stdout)["figures"]}

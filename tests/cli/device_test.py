@@ -153,7 +153,7 @@ class Devices(CommandCase):
         scene = self.folder / "ledge" / "scene.json"
         for out, name in (("there", device["name"]), ("here", "cpu")):
             self.succeeds("simulate", scene, "--iterations", "40", "--resolution", "128", "--device", name, "-o", out)
-            self.succeeds("simulate", "recompose", out, "--device", name, "-o", out + "_again")
+            self.succeeds("simulate", "restyle", out, "--device", name, "-o", out + "_again")
         for folder in ("", "_again"):
             self.assert_same_files(tree_of(self.folder / f"here{folder}"), tree_of(self.folder / f"there{folder}"))
 

@@ -59,7 +59,7 @@ class Documents(unittest.TestCase):
         self.assertLessEqual(len(first_words), 24)
         page = output_of("--help")
         self.assertEqual(re.findall(r"^  ([a-z]+) .*\.$", page, re.MULTILINE),
-                         ["init", "ingest", "control", "transfer", "lookup", "render", "export", "simulate", "fit", "studio"])
+                         ["init", "ingest", "control", "transfer", "texture", "render", "export", "simulate", "fit", "studio"])
         for name in commands():
             self.assertRegex(page, r"\b" + name.split()[0])
             self.assertRegex(page, r"\b" + name.split()[-1])
@@ -119,9 +119,9 @@ class Completion(unittest.TestCase):
         self.assertEqual(self.bash("patinate", "transfer", "--method", ""), ["fast", "reference"])
         self.assertEqual(self.bash("patinate", "transfer", "--method", "=", "r"), ["reference"])
         self.assertEqual(self.bash("patinate", "synth", ""), ["crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "panel", "plate", "sculpture"])
-        self.assertEqual(self.bash("patinate", "lookup", "ag"), ["aged"])
-        self.assertEqual(self.bash("patinate", "lookup", "aged", "-o", "a "), ["a map.exr"])
-        self.assertEqual(self.bash("patinate", "lookup", "aged", "--time", ""), [])
+        self.assertEqual(self.bash("patinate", "texture", "ag"), ["aged"])
+        self.assertEqual(self.bash("patinate", "texture", "aged", "-o", "a "), ["a map.exr"])
+        self.assertEqual(self.bash("patinate", "texture", "aged", "--time", ""), [])
         self.assertEqual(self.bash("patinate", "help", "completion", "f"), ["fish"])
         self.assertEqual(self.bash("patinate", "hist"), ["history"])
         self.assertEqual(self.bash("patinate", "history", "tr"), ["trim"])

@@ -127,7 +127,7 @@ class Evaluate(unittest.TestCase):
         self.assertNotEqual(one["audit_energy"], audit("--audits", 50, "--seed", 2)["audit_energy"])
 
     def test_the_tools_own_picture_is_checked_against_its_coordinates(self):
-        patinate("lookup", "aged", "--time", 0, "-o", "unused.png")
+        patinate("texture", "aged", "--time", 0, "-o", "unused.png")
         result = patinate("evaluate", "same.nnf", "--history", "crackle", "--picture", "crackle/frames/0003.exr", "--samples", 500, "-o", "own", "--json")
         self.assertEqual(figures(json.loads(result.stdout), "same")["explained_pixels"]["value"], 1, result.stderr)
 

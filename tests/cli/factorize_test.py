@@ -64,7 +64,7 @@ class Factorize(unittest.TestCase):
     def test_the_rate_is_a_control_that_transfer_takes(self):
         result = patinate("transfer", "factors", "urn/mesh.obj", "--control", "rate=facing", "--resolution", 64, "-o", "aged")
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertEqual(patinate("lookup", "aged", "--time", 40, "-o", "aged.png").returncode, 0)
+        self.assertEqual(patinate("texture", "aged", "--time", 40, "-o", "aged.png").returncode, 0)
 
     def test_a_killed_run_goes_on_and_ends_with_the_same_bytes(self):
         # What a kill after the curve leaves: a later stage that fails, then the same command again.

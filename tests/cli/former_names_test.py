@@ -22,19 +22,21 @@ COMMANDS = {
                                     "--resamples", "50", "-o", "OUT"]),
     "combine": ("history combine", ["history", "history", "-o", "OUT"]),
     "trim": ("history trim", ["history", "--every", "2", "-o", "OUT"]),
-    "appearance": ("history appearance", ["history", "--metalness", "1", "-o", "OUT"]),
+    "appearance": ("history material", ["history", "--metalness", "1", "-o", "OUT"]),
     "library": ("history library", ["--json"]),
     "compare": ("history compare", ["history", "history", "--num-resamples", "5", "-o", "OUT"]),
     "factorize": ("history factorize", ["history", "--num-intervals", "8", "--num-training", "24", "-o", "OUT"]),
     "field": ("fit field", ["plate.json", "captured", *VARY, "--places", "equal", "--levels", "3", "--sweeps", "1", "--waves", "1", "-o", "OUT"]),
     "rank": ("fit rank", ["fit_1", "fit_2", "-o", "OUT"]),
-    "recompose": ("simulate recompose", ["captured", "-o", "OUT"]),
+    "recompose": ("simulate restyle", ["captured", "-o", "OUT"]),
     "plan": ("cluster plan", ["trim", "history", "--every", "2", "-o", "planned", "--json"]),
     "run": ("cluster run", ["plan.json"]),
     "join": ("cluster join", ["plan.json"]),
     "completion": ("help completion", ["bash"]),
     "devices": ("help devices", ["--json"]),
 }
+
+OTHERS = {"lookup": "texture", "relief": "height-change", "history appearance": "history material", "simulate recompose": "simulate restyle"}
 
 
 def run(*arguments):
@@ -91,15 +93,21 @@ class FormerNames(unittest.TestCase):
         self.assertNotIn("is now", new.stderr)
 
     def test_help_of_a_former_name_is_that_of_the_present_one(self):
-        for former, (present, _) in COMMANDS.items():
+        for former, present in {**{former: present for former, (present, _) in COMMANDS.items()}, **OTHERS}.items():
             with self.subTest(former=former):
-                self.assertEqual(run(former, "--help").stdout, run(*present.split(), "--help").stdout)
+                self.assertEqual(run(*former.split(), "--help").stdout, run(*present.split(), "--help").stdout)
                 if not present.startswith("help "):  # Those are commands themselves.
-                    self.assertEqual(succeeds("help", former), succeeds("help", *present.split()))
+                    self.assertEqual(succeeds("help", *former.split()), succeeds("help", *present.split()))
 
     def test_these_are_all_commands_of_two_words(self):
         present = [heading for heading in re.findall(r"^## (\w+ \w+)$", succeeds("help", "--markdown"), re.MULTILINE)]
         self.assertEqual(sorted(present), sorted(name for name, _ in COMMANDS.values()))
+
+    def test_a_command_of_two_words_goes_by_its_former_two(self):
+        for former, present in (("simulate recompose captured", "simulate restyle"), ("history appearance history --metalness 1", "history material")):
+            result = run(*former.split(), "-o", f"{present.split()[1]}_by_two_words")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertIn(f"`patinate {' '.join(former.split()[:2])}` is now `patinate {present}`", result.stderr)
 
     def test_quiet_leaves_the_line_out_and_an_error_is_one_line(self):
         self.assertEqual(run("recompose", "captured", "-o", "quiet", "--quiet").stderr, "")

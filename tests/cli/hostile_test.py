@@ -131,7 +131,7 @@ class Hostile(unittest.TestCase):
             link("capture/frames/0001.png")
             self.refuses(3, words, "ingest", "capture", "-o", "x")
             link("aged/coordinates.exr")
-            self.refuses(3, words, "lookup", "aged", "--time", 1, "-o", "x.png")
+            self.refuses(3, words, "texture", "aged", "--time", 1, "-o", "x.png")
             # Where something is written, what lies there is looked at first.
             for name in ("out.png", "out.glb", "out.mp4", "out.gif"):
                 link(name)

@@ -57,7 +57,7 @@ class DryRun(JobCase):
                 ["ingest", SHARED / "capture", "-o", "out"],
                 ["transfer", SHARED / "history", SHARED / "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "out"],
                 ["export", SHARED / "aged", "--times", "0,7", "-o", "out"], ["export", SHARED / "aged", "-o", "out.glb"],
-                ["lookup", SHARED / "aged", "--time", "3", "-o", "out.png"], ["render", SHARED / "history", "-o", "out.png"],
+                ["texture", SHARED / "aged", "--time", "3", "-o", "out.png"], ["render", SHARED / "history", "-o", "out.png"],
                 ["control", SHARED / "urn/mesh.obj", "--kind", "facing", "--resolution", "64", "-o", "out.exr"])
 
     def test_nothing_is_touched_and_the_need_is_said(self):

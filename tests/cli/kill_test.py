@@ -48,7 +48,7 @@ COMMANDS = {
                   "--method", "reference", "--window", "24", "-o", "out"],
     "sequence": ["export", SHARED / "aged", "--num-times", "10", "-o", "out"],
     "glb": ["export", SHARED / "aged", "-o", "out.glb"],
-    "lookup": ["lookup", SHARED / "aged", "--time", "20", "-o", "out.png"],
+    "lookup": ["texture", SHARED / "aged", "--time", "20", "-o", "out.png"],
     "render": ["render", SHARED / "aged", "--time", "20", "--width", "200", "-o", "out.png"],
     "movie": ["export", SHARED / "aged", "--num-times", "12", "-o", "out.gif"],
     "factorize": ["history", "factorize", SHARED / "history", "--num-intervals", "16", "--num-training", "48", "-o", "out"],

@@ -97,7 +97,7 @@ class Library(CommandCase):
         self.succeeds("transfer", "library:rust", self.shared / "urn/mesh.obj", "--control", "accessibility", "--resolution", "32", "-o", "aged")
         (self.folder / "deep/er").mkdir(parents=True)
         (self.folder / "aged").rename(self.folder / "deep/er/aged")
-        self.succeeds("lookup", "deep/er/aged", "--time", "1", "-o", "then.png")
+        self.succeeds("texture", "deep/er/aged", "--time", "1", "-o", "then.png")
 
     def test_it_stands_for_a_history_everywhere(self):
         self.assertEqual(json.loads(self.succeeds("info", "library:crackle", "--json"))["kind"], "history")

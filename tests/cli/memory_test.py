@@ -44,7 +44,7 @@ class Memory(unittest.TestCase):
                                                             "--atlas", "uv", *quick, "-o", SHARED / f"aged{side}")), 24 + 1)
         # Coordinates are kept up to 4k: 4 bytes a texel. A strip of 2^21 texels, its gutters and what is written of it take 26 bytes a texel, which the small atlas has an eighth of.
         strips = 4 + 26 * (2**21 - SMALL**2) / (LARGE**2 - SMALL**2)
-        for name, command in (("x.png", ["lookup", "--time", "7.5"]), ("x.glb", ["export", "--times", "0,7.5,15"])):
+        for name, command in (("x.png", ["texture", "--time", "7.5"]), ("x.glb", ["export", "--times", "0,7.5,15"])):
             with self.subTest(name):
                 self.assertLess(self.growth(lambda side: peak_bytes(command[0], SHARED / f"aged{side}", *command[1:], "-o", SHARED / f"{side}{name}")), strips)
 

@@ -67,8 +67,8 @@ class Tiles(Case):
         notes = self.transfer(strip(3))
         self.assertIn("3 UDIM tiles (1001, 1002, 1003)", notes)
         self.assertEqual(self.files("aged/coordinates*"), [f"coordinates.{t}.exr" for t in (1001, 1002, 1003)])
-        self.succeeds("lookup", "aged", "--time", "5", "-o", "tex.png")
-        self.succeeds("lookup", "aged", "--time", "5", "-o", "<UDIM>_t.png")
+        self.succeeds("texture", "aged", "--time", "5", "-o", "tex.png")
+        self.succeeds("texture", "aged", "--time", "5", "-o", "<UDIM>_t.png")
         self.assertEqual(self.files("*.png"), ["1001_t.png", "1002_t.png", "1003_t.png", "tex.1001.png", "tex.1002.png", "tex.1003.png"])
         self.succeeds("control", "mesh.obj", "--kind", "facing", "--resolution", "32", "-o", "map.exr")
         self.assertEqual(self.files("map*"), ["map.1001.exr", "map.1002.exr", "map.1003.exr"])
@@ -85,15 +85,15 @@ class Tiles(Case):
     def test_an_output_of_one_tile_in_the_way_stops_all(self):
         self.transfer(strip(2))
         (self.folder / "tex.1002.png").write_text("mine")
-        self.assertEqual(self.run_patinate("lookup", "aged", "--time", "5", "-o", "tex.png").returncode, 1)
+        self.assertEqual(self.run_patinate("texture", "aged", "--time", "5", "-o", "tex.png").returncode, 1)
         self.assertFalse((self.folder / "tex.1001.png").exists())
-        self.succeeds("lookup", "aged", "--time", "5", "-o", "tex.png", "--force")
-        self.assertIn("up to date", self.succeeds("lookup", "aged", "--time", "5", "-o", "tex.png").stderr)
+        self.succeeds("texture", "aged", "--time", "5", "-o", "tex.png", "--force")
+        self.assertIn("up to date", self.succeeds("texture", "aged", "--time", "5", "-o", "tex.png").stderr)
 
     def test_materials_that_share_the_square_get_a_tile_each(self):
         notes = self.transfer(strip(2, material="paint ", offset=0.0))
         self.assertIn("2 materials (paint_0, paint_1)", notes)
-        self.succeeds("lookup", "aged", "--time", "5", "-o", "tex.png")
+        self.succeeds("texture", "aged", "--time", "5", "-o", "tex.png")
         self.assertEqual(self.files("*.png"), ["tex.paint_0.png", "tex.paint_1.png"])
 
     def test_one_material_can_be_chosen(self):

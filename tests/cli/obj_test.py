@@ -107,7 +107,7 @@ class Obj(CommandCase):
         self.assertEqual((objects, used), (["urn"], ["material"]))
         self.assertIn("Pr", materials["material"])  # The history knows color alone.
         self.assertEqual(check_materialx(self, self.folder / "urn.obj.mtlx"), ["7.5 s"])
-        self.succeeds("lookup", self.shared / "aged", "--time", "7.5", "-o", "then.png")
+        self.succeeds("texture", self.shared / "aged", "--time", "7.5", "-o", "then.png")
         # Pixels of a PNG whose writer filters equal rows equally.
         packed = [b"".join(re.findall(rb"IDAT(.*?)....IEND", (self.folder / name).read_bytes(), re.DOTALL)) for name in ("then.png", "urn.obj.textures/color.0000.png")]
         self.assertEqual(*packed)

@@ -18,15 +18,15 @@ def setUpModule():
 
 class Outputs(CommandCase):
     def test_the_same_command_again_is_up_to_date_and_changes_nothing(self):
-        arguments = ["lookup", self.shared / "aged", "--time", "3", "-o", "x.png"]
+        arguments = ["texture", self.shared / "aged", "--time", "3", "-o", "x.png"]
         self.succeeds(*arguments)
         before = (self.folder / "x.png").stat().st_mtime_ns
         self.assertIn("up to date", self.run_patinate(*arguments).stderr)
         self.assertEqual((self.folder / "x.png").stat().st_mtime_ns, before)
 
     def test_a_different_output_is_untouched_without_force(self):
-        first = ["lookup", self.shared / "aged", "--time", "3", "-o", "x.png"]
-        other = ["lookup", self.shared / "aged", "--time", "4", "-o", "x.png"]
+        first = ["texture", self.shared / "aged", "--time", "3", "-o", "x.png"]
+        other = ["texture", self.shared / "aged", "--time", "4", "-o", "x.png"]
         self.succeeds(*first)
         whole = (self.folder / "x.png").read_bytes()
         self.fails(CANNOT, "--force", *other)
@@ -43,7 +43,7 @@ class Outputs(CommandCase):
     def test_nothing_is_made_inside_a_finished_result(self):
         shutil.copytree(self.shared / "history", self.folder / "history")
         self.fails(USAGE, "a finished result", "export", "history", "-o", "history/frames/more")
-        self.fails(USAGE, "a finished result", "lookup", self.shared / "aged", "--time", "1", "-o", "history/x.png")
+        self.fails(USAGE, "a finished result", "texture", self.shared / "aged", "--time", "1", "-o", "history/x.png")
         self.fails(USAGE, "a finished result", "ingest", self.shared / "capture", "-o", "history/again", "--force")
         self.succeeds("ingest", self.shared / "capture", "-o", "made/")
         self.succeeds("ingest", self.shared / "capture", "-o", "made/")  # the result itself is another matter: up to date
@@ -52,8 +52,8 @@ class Outputs(CommandCase):
         (self.folder / "file").write_text("x")
         self.fails(CANNOT, "file/out", "ingest", self.shared / "capture", "-o", "file/out")
         self.fails(CANNOT, "nowhere", "ingest", self.shared / "capture", "-o", "nowhere/out")
-        self.fails(CANNOT, "nowhere", "lookup", self.shared / "aged", "--time", "1", "-o", "nowhere/x.png")
-        self.fails(CANNOT, "file", "lookup", self.shared / "aged", "--time", "1", "-o", "file/x.png")
+        self.fails(CANNOT, "nowhere", "texture", self.shared / "aged", "--time", "1", "-o", "nowhere/x.png")
+        self.fails(CANNOT, "file", "texture", self.shared / "aged", "--time", "1", "-o", "file/x.png")
         self.fails(CANNOT, "/proc/out", "ingest", self.shared / "capture", "-o", "/proc/out")
 
     def test_a_file_size_limit_is_a_full_disk(self):

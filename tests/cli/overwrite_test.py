@@ -148,7 +148,7 @@ class Damage(CommandCase):
                 self.assertEqual(tree_of(self.folder / "out"), whole)
 
     def test_a_single_file_that_is_cut_off_is_not_up_to_date(self):
-        commands = [["lookup", self.shared / "aged", "--time", "1", "-o", f"a.{e}"] for e in ("png", "exr", "tif", "jpg")]
+        commands = [["texture", self.shared / "aged", "--time", "1", "-o", f"a.{e}"] for e in ("png", "exr", "tif", "jpg")]
         commands += [["export", self.shared / "aged", "--num-times", "3", "-o", f"b.{e}"] for e in ("glb", "usdz", "usda", "gif", "mp4", "webm")]
         commands += [["export", self.shared / "aged", "-o", "c.obj"]]
         for command in commands:
@@ -173,9 +173,9 @@ class Damage(CommandCase):
 
     def test_force_makes_again_what_is_up_to_date(self):
         (self.folder / "mesh.obj").write_text(TETRAHEDRON)
-        for command in (["ingest", self.shared / "capture", "-o", "h"], ["lookup", self.shared / "aged", "--time", "1", "-o", "x.png"],
+        for command in (["ingest", self.shared / "capture", "-o", "h"], ["texture", self.shared / "aged", "--time", "1", "-o", "x.png"],
                         ["control", "mesh.obj", "--kind", "facing", "--resolution", "64", "-o", "map.exr"], ["export", self.shared / "aged", "-o", "a.usda"],
-                        ["lookup", self.shared / "aged", "--num-times", "2", "-o", "n_%02d.png"]):
+                        ["texture", self.shared / "aged", "--num-times", "2", "-o", "n_%02d.png"]):
             with self.subTest(command=command):
                 self.succeeds(*command)
                 self.assertIn("up to date", self.run_patinate(*command).stderr)

@@ -53,7 +53,7 @@ class Lookups(Case):
         aged = SHARED / "aged"
         for name, more in (("first", ["--time", 0]), ("second", ["--time", 7.5]), ("held", ["--time", 7, "--between", "hold"]),
                            ("nearest", ["--time", 7, "--between", "nearest"]), ("blend", ["--time", 7])):
-            self.make("lookup", aged, *more, "-o", f"{name}.exr")
+            self.make("texture", aged, *more, "-o", f"{name}.exr")
         info = {name: self.pixels(f"{name}.exr") for name in ("first", "second", "held", "nearest", "blend")}
         self.assertEqual(info["held"], info["first"])
         self.assertEqual(info["nearest"], info["second"])
@@ -67,28 +67,28 @@ class Lookups(Case):
 
     def test_a_constant_time_map_is_a_plain_lookup(self):
         aged = SHARED / "aged"
-        self.make("lookup", aged, "--time-map", "0*height", "--times", "9,20", "-o", "map.exr")
-        self.make("lookup", aged, "--time", 9, "-o", "plain.exr")
+        self.make("texture", aged, "--time-map", "0*height", "--times", "9,20", "-o", "map.exr")
+        self.make("texture", aged, "--time", 9, "-o", "plain.exr")
         self.assertEqual(self.pixels("map.exr"), self.pixels("plain.exr"))
-        self.fails(USAGE, "--times LOW,HIGH", "lookup", aged, "--time-map", "height", "--time", 3, "-o", "x.exr")
-        self.fails(USAGE, "did you mean `height`", "lookup", aged, "--time-map", "heigth", "-o", "x.exr")
+        self.fails(USAGE, "--times LOW,HIGH", "texture", aged, "--time-map", "height", "--time", 3, "-o", "x.exr")
+        self.fails(USAGE, "did you mean `height`", "texture", aged, "--time-map", "heigth", "-o", "x.exr")
 
     def test_several_times_are_numbered_files(self):
-        made = json.loads(self.make("lookup", SHARED / "aged", "--num-times", 3, "-o", "t_%03d.png", "--json").stdout)
+        made = json.loads(self.make("texture", SHARED / "aged", "--num-times", 3, "-o", "t_%03d.png", "--json").stdout)
         self.assertEqual([image["file"] for image in made["images"]], ["t_000.png", "t_001.png", "t_002.png"])
         (self.folder / "t_001.png").unlink()
         kept = (self.folder / "t_000.png").stat().st_mtime_ns
-        self.make("lookup", SHARED / "aged", "--num-times", 3, "-o", "t_%03d.png")
+        self.make("texture", SHARED / "aged", "--num-times", 3, "-o", "t_%03d.png")
         self.assertEqual((self.folder / "t_000.png").stat().st_mtime_ns, kept)
         self.assertTrue((self.folder / "t_001.png").exists())
-        self.fails(USAGE, "%04d", "lookup", SHARED / "aged", "--times", "0,5", "-o", "x.png")
+        self.fails(USAGE, "%04d", "texture", SHARED / "aged", "--times", "0,5", "-o", "x.png")
 
     def test_what_is_no_transfer_says_what_to_do(self):
-        self.fails(INPUT, "make a transfer of it first", "lookup", SHARED / "history", "--time", 1, "-o", "x.png")
+        self.fails(INPUT, "make a transfer of it first", "texture", SHARED / "history", "--time", 1, "-o", "x.png")
         self.fails(INPUT, "the order is patinate transfer HISTORY MESH", "transfer", SHARED / "urn/mesh.obj", SHARED / "history",
                    "--control", "facing", "-o", "swapped")
-        self.fails(INPUT, "did you mean `aged`", "lookup", SHARED / "agde", "--time", 1, "-o", "x.png")
-        self.fails(USAGE, "--time: is missing", "lookup", SHARED / "aged", "-o", "x.png")
+        self.fails(INPUT, "did you mean `aged`", "texture", SHARED / "agde", "--time", 1, "-o", "x.png")
+        self.fails(USAGE, "--time: is missing", "texture", SHARED / "aged", "-o", "x.png")
 
 
 class Movies(Case):
@@ -127,7 +127,7 @@ class Movies(Case):
         self.fails(USAGE, "export", "render", SHARED / "history", "-o", "x.mp4")
         for name in ("x.usd", "x.foo", "x.MKV", "x.v2b"):  # no folders of these names
             self.fails(USAGE, "MODEL.glb, .usdz, .usda or .obj, MOVIE.mp4, .webm or .gif", "export", SHARED / "aged", "-o", name)
-            self.fails(USAGE, ".png", "lookup", SHARED / "aged", "--time", 5, "-o", name)
+            self.fails(USAGE, ".png", "texture", SHARED / "aged", "--time", 5, "-o", name)
             self.fails(USAGE, ".exr, .mp4, .webm, .gif", "render", SHARED / "aged", "-o", name)
         self.fails(USAGE, ".png", "export", SHARED / "aged", "-o", "x_%02d.usda")
         self.assertEqual(list(self.folder.iterdir()), [])

@@ -41,8 +41,8 @@ class SameBytes(PlanCase):
         "transfer": ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "out"],
         "textures": ["export", "aged", "--num-times", "4", "-o", "out"],
         "glb": ["export", "aged", "--num-times", "3", "-o", "out.glb"],
-        "lookup": ["lookup", "aged", "--num-times", "4", "-o", "out_%02d.png"],
-        "texture": ["lookup", "aged", "--time", "3", "-o", "out.exr"],
+        "lookup": ["texture", "aged", "--num-times", "4", "-o", "out_%02d.png"],
+        "texture": ["texture", "aged", "--time", "3", "-o", "out.exr"],
         "render": ["render", "aged", "--num-times", "3", "--width", "60", "-o", "out_%02d.png"],
         "strip": ["render", "aged", "--num-times", "3", "--width", "60", "-o", "out.png"],
         "movie": ["export", "aged", "--num-times", "3", "-o", "out.gif"],
@@ -53,10 +53,10 @@ class SameBytes(PlanCase):
         "kinds": ["control", "urn/mesh.obj", "--kind", "facing", "--kind", "height", "--resolution", "64", "-o", "out_<KIND>.exr"],
         "factorize": ["history", "factorize", "history", "--num-intervals", "8", "--num-training", "24", "-o", "out"],
         "simulate": ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "6", "--history-every", "2", "-o", "out"],
-        "recompose": ["simulate", "recompose", "dirty", "--set", "dirt.strength=3", "-o", "out"],
+        "recompose": ["simulate", "restyle", "dirty", "--set", "dirt.strength=3", "-o", "out"],
         "combine": ["history", "combine", "history", "history", "-o", "out"],
         "trim": ["history", "trim", "history", "--every", "2", "-o", "out"],
-        "appearance": ["history", "appearance", "history", "--metalness", "1", "-o", "out"],
+        "appearance": ["history", "material", "history", "--metalness", "1", "-o", "out"],
     }
 
     def setUp(self):
@@ -220,7 +220,7 @@ class Plans(PlanCase):
         self.fails(CANNOT, f"items are not finished: 0-{num_items - 1};", "cluster", "join", "plan.json")
         self.succeeds("cluster", "run", "plan.json", "--items", "1")
         self.fails(CANNOT, f"items are not finished: 0, 2-{num_items - 1};", "cluster", "join", "plan.json")
-        self.plan("lookup", self.shared / "aged", "--num-times", "3", "-o", "tex_%d.png")
+        self.plan("texture", self.shared / "aged", "--num-times", "3", "-o", "tex_%d.png")
         self.fails(CANNOT, "3 of 3 items are not finished: 0-2", "cluster", "join", "plan.json")
 
     def test_an_item_names_those_that_it_waits_for(self):

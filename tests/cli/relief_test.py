@@ -63,7 +63,7 @@ class Relief(unittest.TestCase):
         self.assertIn(words, result.stderr)
 
     def test_the_pit_is_found_with_its_volume_and_the_unchanged_step_shows_none(self):
-        report = json.loads(self.run_it("relief", "registered", "--times", "0,7,14", "--toward", "0,0,1", "-o", "out", "--json").stdout)
+        report = json.loads(self.run_it("height-change", "registered", "--times", "0,7,14", "--toward", "0,0,1", "-o", "out", "--json").stdout)
         first, same, pitted = report["steps"]
         self.assertTrue(first["reference"])
         self.assertLess(same["changed_share"], 0.01)
@@ -77,45 +77,45 @@ class Relief(unittest.TestCase):
         # What it makes is a history.
         self.run_it("validate", "out")
         self.assertIn("height", self.run_it("info", "out").stdout)
-        self.assertIn("up to date", self.run_it("relief", "registered", "--times", "0,7,14", "--toward", "0,0,1", "-o", "out").stderr)
+        self.assertIn("up to date", self.run_it("height-change", "registered", "--times", "0,7,14", "--toward", "0,0,1", "-o", "out").stderr)
 
     def test_a_stable_part_may_be_painted(self):
-        self.run_it("relief", "registered", "-o", "first")
+        self.run_it("height-change", "registered", "-o", "first")
         width, height = struct.unpack(">II", (self.folder / "first/change/0002.png").read_bytes()[16:24])
         # Black where the pit is: 2.4 mm, two of its widths, around (3, 0) mm; of 12 mm x 8 mm.
         rows = b"".join(b"\0" + bytes(0 if math.hypot(x / width * 12 - 9, y / height * 8 - 4) < 2.4 else 255 for x in range(width)) for y in range(height))
         (self.folder / "stays.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(
             struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
             for kind, data in ((b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)), (b"IDAT", zlib.compress(rows)), (b"IEND", b""))))
-        report = json.loads(self.run_it("relief", "registered", "--stable", "stays.png", "-o", "again", "--json").stdout)
+        report = json.loads(self.run_it("height-change", "registered", "--stable", "stays.png", "-o", "again", "--json").stdout)
         self.assertLess(abs(report["steps"][2]["net"]["mm3"] + LOST_MM3), 4 * report["steps"][2]["net"]["stddev_mm3"])
         self.assertIn("outside", report["warnings"][0]["text"])  # Loose points have no outside.
 
     def test_where_the_larger_part_receded_the_surface_is_said_to_be_measured_against_it(self):
         write_scan(self.folder / "receded.ply", 4, change=lambda x, y: -0.1 if x > -1 else 0.0)
         self.run_it("register", "day00.ply", "receded.ply", "--unit", "mm", "--accept-failed", "-o", "most")
-        report = json.loads(self.run_it("relief", "most", "--toward", "0,0,1", "-o", "risen", "--json").stdout)
+        report = json.loads(self.run_it("height-change", "most", "--toward", "0,0,1", "-o", "risen", "--json").stdout)
         self.assertIn("everything is measured against", report["warnings"][0]["text"])
         self.assertIn("--stable", report["warnings"][0]["cure"])
 
     def test_threads_change_nothing(self):
         for threads in ("1", "3"):
-            self.run_it("relief", "registered", "--threads", threads, "-o", f"threads{threads}")
+            self.run_it("height-change", "registered", "--threads", threads, "-o", f"threads{threads}")
         for file in ("change/0001.exr", "change/0002.exr", "height/0002.exr", "relief.csv"):
             self.assertEqual((self.folder / "threads1" / file).read_bytes(), (self.folder / "threads3" / file).read_bytes(), file)
 
     def test_bad_input_gets_one_line(self):
-        self.refuses(2, "3 scans", "relief", "registered", "--times", "0,7", "-o", "bad")
-        self.refuses(2, "increases", "relief", "registered", "--times", "0,7,7", "-o", "bad")
+        self.refuses(2, "3 scans", "height-change", "registered", "--times", "0,7", "-o", "bad")
+        self.refuses(2, "increases", "height-change", "registered", "--times", "0,7,7", "-o", "bad")
         (self.folder / "small.pgm").write_text("P2 2 1 255\n255 0\n")
-        self.refuses(3, "expected those of the maps", "relief", "registered", "--stable", "small.pgm", "-o", "bad")
+        self.refuses(3, "expected those of the maps", "height-change", "registered", "--stable", "small.pgm", "-o", "bad")
         registration = json.loads((self.folder / "registered/registration.json").read_text())
         (self.folder / "unsaid").mkdir(exist_ok=True)
         (self.folder / "unsaid/registration.json").write_text(json.dumps({**registration, "unit": None}))
-        self.refuses(3, "give --unit", "relief", "unsaid", "-o", "bad")
+        self.refuses(3, "give --unit", "height-change", "unsaid", "-o", "bad")
         registration["scans"][1]["path"] = "../gone.ply"
         (self.folder / "unsaid/registration.json").write_text(json.dumps(registration))
-        self.refuses(3, "day07.ply", "relief", "unsaid", "-o", "bad")
+        self.refuses(3, "day07.ply", "height-change", "unsaid", "-o", "bad")
         self.assertFalse((self.folder / "bad").exists())
 
 

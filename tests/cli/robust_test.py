@@ -113,7 +113,7 @@ class Damaged(unittest.TestCase):
         for file in ("transfer.json", "coordinates.exr", "mesh.obj"):
             for label in self.damaged(aged / file):
                 self.survives(label, "validate", "aged")
-                self.survives(label, "lookup", "aged", "--time", "1", "-o", "x.png", "--force")
+                self.survives(label, "texture", "aged", "--time", "1", "-o", "x.png", "--force")
 
     def test_meshes_and_maps(self):
         (self.folder / "mesh.obj").write_bytes((self.shared / "urn/mesh.obj").read_bytes())

@@ -115,7 +115,7 @@ class Scan(unittest.TestCase):
         self.assertIn("up to date", self.succeeds("ingest", "capture.json", "--scan-scale", "2", "-o", "history").stderr)
         self.succeeds("transfer", "history", "relief.obj", "--unit", "mm", "--control", "accessibility", "--scale", "2",
                       "--resolution", "64", "-o", "aged")
-        self.succeeds("lookup", "aged", "--time", "3", "-o", "aged.png")
+        self.succeeds("texture", "aged", "--time", "3", "-o", "aged.png")
 
     def test_a_photograph_that_comes_later_leaves_the_scan_as_it_is(self):
         self.succeeds("ingest", "capture.json", "-o", "history")

@@ -90,7 +90,7 @@ def setUpModule():
     for name in ("before", "after"):
         points = [f"{x / 5} {y / 5} {math.sin(x / 9) + math.cos(y / 7) + (x * 7 + y * 3 + len(name)) % 11 / 100}" for y in range(60) for x in range(60)]
         (WORK / f"{name}.ply").write_text("\n".join(["ply", "format ascii 1.0", f"element vertex {len(points)}", *[f"property float {a}" for a in "xyz"], "end_header", *points]) + "\n")
-    for arguments in (["register", "before.ply", "after.ply", "--unit", "mm", "-o", "plates"], ["relief", "plates", "-o", "receding"]):
+    for arguments in (["register", "before.ply", "after.ply", "--unit", "mm", "-o", "plates"], ["height-change", "plates", "-o", "receding"]):
         subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
 
 
@@ -212,8 +212,8 @@ class Schemas(unittest.TestCase):
             (WORK / "bad_appearance.json").write_text(json.dumps(content))
             with self.subTest(change=number):
                 self.assertFalse(check.is_valid(content), "the schema accepts it")
-                self.assertEqual(subprocess.run([PATINATE, "history", "appearance", "history", "bad_appearance.json", "-o", "bad"], cwd=WORK, capture_output=True).returncode, 3)
-        self.assertEqual(subprocess.run([PATINATE, "history", "appearance", "history", "stated.json", "-o", "good"], cwd=WORK, capture_output=True).returncode, 0)
+                self.assertEqual(subprocess.run([PATINATE, "history", "material", "history", "bad_appearance.json", "-o", "bad"], cwd=WORK, capture_output=True).returncode, 3)
+        self.assertEqual(subprocess.run([PATINATE, "history", "material", "history", "stated.json", "-o", "good"], cwd=WORK, capture_output=True).returncode, 0)
 
     def test_what_calibrate_rejects_is_rejected(self):
         check = validator("calibrate")

@@ -156,7 +156,7 @@ class Simulate(unittest.TestCase):
         self.assertEqual(tree_hash(self.folder / "pieces"), tree_hash(self.folder / "whole"))
 
     def test_recompose_changes_the_look_and_nothing_else(self):
-        self.run_in(["simulate", "recompose", "small", "-o", "same"], check=True)
+        self.run_in(["simulate", "restyle", "small", "-o", "same"], check=True)
         for name in ("color.png", "specular.png", "normal.png", "height.exr"):
             self.assertEqual((self.folder / "same" / name).read_bytes(), (self.folder / "small" / name).read_bytes(), name)
         for path in (self.folder / "small/history").rglob("*.exr"):
@@ -164,14 +164,14 @@ class Simulate(unittest.TestCase):
                 name = path.relative_to(self.folder / "small")
                 self.assertEqual((self.folder / "same" / name).read_bytes(), path.read_bytes(), name)
         self.run_in(["validate", "same/history"], check=True)
-        self.run_in(["simulate", "recompose", "small", "-o", "clean", "--set", "dirt.strength=0", "--set", "water.strength=0"], check=True)
+        self.run_in(["simulate", "restyle", "small", "-o", "clean", "--set", "dirt.strength=0", "--set", "water.strength=0"], check=True)
         self.assertNotEqual((self.folder / "clean/color.png").read_bytes(), (self.folder / "small/color.png").read_bytes())
-        wrong = self.run_in(["simulate", "recompose", "small", "-o", "x", "--set", "dirt.strenth=1"])
+        wrong = self.run_in(["simulate", "restyle", "small", "-o", "x", "--set", "dirt.strenth=1"])
         self.assertEqual(wrong.returncode, 2)
         self.assertIn("did you mean `strength`", wrong.stderr)
 
     def test_what_is_recomposed_is_a_simulation_of_another_look(self):
-        self.run_in(["simulate", "recompose", "small", "-o", "same_look"], check=True)
+        self.run_in(["simulate", "restyle", "small", "-o", "same_look"], check=True)
         kinds = {k: json.loads(self.run_in(["info", k, "--json"], check=True).stdout)["kind"] for k in ("small", "same_look")}
         self.assertEqual(kinds["small"], kinds["same_look"])
         for folder in ("small", "same_look"):
@@ -179,7 +179,7 @@ class Simulate(unittest.TestCase):
         self.assertEqual(*(hashlib.sha256(self.pixels(f"{folder}.png")).hexdigest() for folder in ("small", "same_look")))
         before, after = (json.loads((self.folder / f / "simulation.json").read_text()) for f in ("small", "same_look"))
         self.assertEqual({k: v for k, v in before.items() if k not in ("key", "scene_files")}, {k: v for k, v in after.items() if k not in ("key", "scene_files")})
-        self.run_in(["simulate", "recompose", "small", "-o", "pale", "--set", "dirt.strength=0"], check=True)
+        self.run_in(["simulate", "restyle", "small", "-o", "pale", "--set", "dirt.strength=0"], check=True)
         self.run_in(["export", "pale", "-o", "pale.glb", "--num-times", "2"], check=True)
         pale = json.loads((self.folder / "pale/simulation.json").read_text())
         for name, object in pale["outcome"]["objects"].items():
@@ -187,8 +187,8 @@ class Simulate(unittest.TestCase):
             self.assertEqual(object["materials"]["dirt"]["mean"], before["outcome"]["objects"][name]["materials"]["dirt"]["mean"])
             self.assertEqual(object["never_met_share"], before["outcome"]["objects"][name]["never_met_share"])
         # Looks add up, and its scene is the one that shows this look.
-        self.run_in(["simulate", "recompose", "pale", "-o", "both", "--set", "water.strength=0"], check=True)
-        self.run_in(["simulate", "recompose", "small", "-o", "at_once", "--set", "dirt.strength=0", "--set", "water.strength=0"], check=True)
+        self.run_in(["simulate", "restyle", "pale", "-o", "both", "--set", "water.strength=0"], check=True)
+        self.run_in(["simulate", "restyle", "small", "-o", "at_once", "--set", "dirt.strength=0", "--set", "water.strength=0"], check=True)
         self.assertEqual((self.folder / "both/color.png").read_bytes(), (self.folder / "at_once/color.png").read_bytes())
         self.run_in(["simulate", "pale/" + pale["scene"], "-o", "simulated_pale"], check=True)
         for name in ("color.png", "normal.png", "atlas.exr"):
@@ -207,7 +207,7 @@ class Simulate(unittest.TestCase):
             self.assertIn("normalTexture", material)
             self.assertIn("metallicRoughnessTexture", material["pbrMetallicRoughness"])
         self.run_in(["transfer", "small/history", "ledge/mesh.obj", "--control", "hits=accessibility", "--resolution", "64", "-o", "on_wall"], check=True)
-        self.run_in(["lookup", "on_wall", "--map", "height", "--times", "0", "-o", "height.exr"], check=True)
+        self.run_in(["texture", "on_wall", "--map", "height", "--times", "0", "-o", "height.exr"], check=True)
         facts = json.loads(self.run_in(["info", "small/history", "--json"], check=True).stdout)
         self.assertEqual(facts["frame_maps"], "specular, normal, height")
 
@@ -272,11 +272,11 @@ class Simulate(unittest.TestCase):
         self.assertEqual(tree_hash(self.folder / "kept"), tree_hash(self.folder / "deeper/kept"))  # nothing of where it was made is in it
         held = {str(p.relative_to(self.folder / "kept/scene")) for p in (self.folder / "kept/scene").rglob("*")}
         self.assertEqual(held, {"many.json", "wall.obj", "wall.png", "mine.json"})
-        self.run_in(["simulate", "recompose", "kept", "-o", "look"], check=True)
+        self.run_in(["simulate", "restyle", "kept", "-o", "look"], check=True)
         (self.folder / "far/away").mkdir(parents=True)
         (self.folder / "kept").rename(self.folder / "far/away/moved")
         shutil.rmtree(self.folder / "many")
-        self.run_in(["simulate", "recompose", "far/away/moved", "-o", "look_again"], check=True)
+        self.run_in(["simulate", "restyle", "far/away/moved", "-o", "look_again"], check=True)
         for name in ("color.png", "normal.png"):
             self.assertEqual((self.folder / "look_again" / name).read_bytes(), (self.folder / "look" / name).read_bytes())
         self.run_in(["render", "far/away/moved", "-o", "moved.png", "--width", "32", "--height", "32"], check=True)
@@ -318,7 +318,7 @@ class Simulate(unittest.TestCase):
         self.run_in(["simulate", "solid/scene.json", "-o", "solid_run"], check=True)
         held = {str(p.relative_to(self.folder / "solid_run/scene")) for p in (self.folder / "solid_run/scene").rglob("*") if p.is_file()}
         self.assertEqual(held, {"scene.json", "solid/solid.gltf", "solid/data/a b.bin"})
-        self.run_in(["simulate", "recompose", "solid_run", "-o", "solid_look"], check=True)
+        self.run_in(["simulate", "restyle", "solid_run", "-o", "solid_look"], check=True)
         (self.folder / "solid/data/a b.bin").write_bytes(struct.pack("<12f", 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1) + indices)
         changed = self.run_in(["simulate", "solid/scene.json", "-o", "solid_run"])
         self.assertEqual(changed.returncode, 1, changed.stderr)

@@ -41,7 +41,7 @@ def setUpModule():
     run("ingest", "capture", "-o", "history")
     run("transfer", "history", "urn/mesh.obj", "--control", "thickness=facing", "--resolution", 64, "-o", "aged")
     for name in ("frame.png", "frame.tif"):
-        run("lookup", "aged", "--time", 1, "-o", name)
+        run("texture", "aged", "--time", 1, "-o", name)
 
 
 def tearDownModule():
@@ -50,8 +50,8 @@ def tearDownModule():
 
 class Startup(unittest.TestCase):
     def test_commands_load_few_libraries_and_none_that_only_modules_need(self):
-        for arguments in (["--help"], ["--version"], ["help", "lookup"], ["info", "history"], ["info", "aged"], ["lookup", "aged", "--time", "2", "-o", "later.png"],
-                          ["lookup", "aged", "--time", "2", "-o", "later.exr"], ["info", "frame.png"]):
+        for arguments in (["--help"], ["--version"], ["help", "texture"], ["info", "history"], ["info", "aged"], ["texture", "aged", "--time", "2", "-o", "later.png"],
+                          ["texture", "aged", "--time", "2", "-o", "later.exr"], ["info", "frame.png"]):
             with self.subTest(arguments=arguments):
                 loaded = libraries(*arguments)
                 self.assertIn("libc.so.6", loaded)  # The check has looked at something.
@@ -75,7 +75,7 @@ class Modules(unittest.TestCase):
         empty = SHARED / "empty"
         empty.mkdir(exist_ok=True)
         self.assert_one_line(run("info", "frame.tif", code=1, PATINATE_MODULES=str(empty)), f"patinate: error: {empty}/patinate-media.so: cannot be loaded (")
-        self.assert_one_line(run("lookup", "aged", "--time", 1, "-o", "no.jpg", code=1, PATINATE_MODULES=str(empty)), f"{empty}/patinate-media.so")
+        self.assert_one_line(run("texture", "aged", "--time", 1, "-o", "no.jpg", code=1, PATINATE_MODULES=str(empty)), f"{empty}/patinate-media.so")
         self.assertFalse((SHARED / "no.jpg").exists())
         run("info", "frame.png", PATINATE_MODULES=str(empty))  # Which needs none.
 

@@ -40,9 +40,9 @@ class Studio(unittest.TestCase):
         make_small_scene(PATINATE, cls.folder)
         (cls.folder / "stated.json").write_text(json.dumps({"format": "patinate.appearance", "version": 1, "materials": [
             {"color": "#f0e8d8", "metalness": 0, "roughness": 0.9, "specular": 0.06}, {"color": "#302010", "metalness": 1, "roughness": 0.25, "tint": "#f0ae8c"}]}))
-        for arguments in (["lookup", "aged", "--time", "11", "-o", "aged_11.png"], ["lookup", "aged", "--time", "7.5", "-o", "aged_frame.png"],
+        for arguments in (["texture", "aged", "--time", "11", "-o", "aged_11.png"], ["texture", "aged", "--time", "7.5", "-o", "aged_frame.png"],
                           ["export", "history", "-o", "frames", "--format", "png", "--times", "7.5"],
-                          ["history", "appearance", "history", "stated.json", "-o", "metal"], ["transfer", "metal", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "metal_urn"],
+                          ["history", "material", "history", "stated.json", "-o", "metal"], ["transfer", "metal", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "metal_urn"],
                           *(["lookup", "metal_urn", "--time", "11", "--map", name, "-o", f"metal_{name}.png"] for name in ("base", "orm")), ["synth", "ledge", "--cells", "4", "-o", "ledge"]):
             result = cls.run_in(*arguments)
             if result.returncode != 0:

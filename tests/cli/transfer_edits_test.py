@@ -59,7 +59,7 @@ class Edits(CommandCase):
         self.assertEqual(json.loads(trees[0]["transfer.json"])["edits"], "edits.json")
         self.assertEqual(json.loads(trees[0]["edits.json"])["edits"][0]["points_mm"], [self.corner(0)])
         # What it wrote is read by others, and can be given again.
-        self.succeeds("lookup", "edited1", "--time", "1", "-o", "texture.png")
+        self.succeeds("texture", "edited1", "--time", "1", "-o", "texture.png")
         self.succeeds("evaluate", "edited1", "--audits", "0", "-o", "report")
         self.succeeds(*TRANSFER, "--edits", "edited1/edits.json", "-o", "again")
         self.assertEqual(command_case.tree_of(self.folder / "again"), trees[0])

@@ -56,7 +56,7 @@ class Transfer(unittest.TestCase):
         made = self.transfer("--control", "facing", history="history")
         self.assertEqual(made.returncode, 0, made.stderr)
         (self.folder / "history").rename(self.folder / "elsewhere")
-        gone = run("lookup", "aged", "--time", "1", "-o", "x.png", cwd=self.folder)
+        gone = run("texture", "aged", "--time", "1", "-o", "x.png", cwd=self.folder)
         self.assertEqual(gone.returncode, INPUT)
         self.assertIn("its history `crackle` is not at history", gone.stderr)
         self.assertIn("`path` of `history` in aged/transfer.json", gone.stderr)

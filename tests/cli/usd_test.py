@@ -107,7 +107,7 @@ class Usd(CommandCase):
         self.assertIn("startTimeCode = 0\n", text)
         self.assertIn("endTimeCode = 15\n", text)
         # The texture at a time is what lookup writes.
-        self.succeeds("lookup", self.shared / "aged", "--time", "7.5", "-o", "then.png")
+        self.succeeds("texture", self.shared / "aged", "--time", "7.5", "-o", "then.png")
         pixels = [self.pixels(self.folder / name) for name in ("then.png", re.findall(r"7\.5: @([^@]+)@", samples)[0])]
         self.assertEqual(*pixels)
 

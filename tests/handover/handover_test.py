@@ -29,7 +29,7 @@ class Handover(CommandCase):
     def stated(self):
         """A transfer whose material has maps: its folder."""
         (self.folder / "stated.json").write_text(json.dumps(STATED))
-        self.succeeds("history", "appearance", self.shared / "history", "stated.json", "-o", "stated")
+        self.succeeds("history", "material", self.shared / "history", "stated.json", "-o", "stated")
         self.succeeds("transfer", "stated", self.shared / "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "metal")
         return self.folder / "metal"
 

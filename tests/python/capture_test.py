@@ -62,7 +62,7 @@ class Capture(PythonCase):
             (self.work / f"{name}.ply").write_text("\n".join(header + ["%.9g %.9g %.9g" % p for p in zip(x, y, z)]) + "\n")
         self.run_patinate("register", "before.ply", "after.ply", "--unit", "mm", "-o", "plates")
         (self.work / "by_command_too").mkdir()
-        self.run_patinate("relief", "plates", "--times", "0,30", "--toward", "0,0,1", "-o", "by_command_too/relief")
+        self.run_patinate("height-change", "plates", "--times", "0,30", "--toward", "0,0,1", "-o", "by_command_too/relief")
         (self.work / "by_python_too").mkdir()
         history = patinate.relief(self.work / "plates", self.work / "by_python_too/relief", times=[0, 30], toward=[0, 0, 1])
         self.assertEqual(list(history.times), [0, 30])

@@ -66,7 +66,7 @@ class History(PythonCase):
         statement.write_text(json.dumps({"format": "patinate.appearance", "version": 1, "materials": [
             {"color": "#f0e8d8", "metalness": 0, "roughness": 0.9}, {"color": "#302010", "metalness": 1, "roughness": 0.25, "tint": "#f0ae8c"}]}))
         for name, arguments, keywords in (("by_color", [str(statement)], {"statement": statement}), ("plain", ["--metalness", "1", "--roughness", "0.35"], {"metalness": 1, "roughness": 0.35})):
-            self.run_patinate("history", "appearance", "history", *arguments, "-o", f"{name}_by_command")
+            self.run_patinate("history", "material", "history", *arguments, "-o", f"{name}_by_command")
             history = patinate.appearance(self.work / "history", self.work / f"{name}_by_python", **keywords)
             self.assertEqual(len(history), len(patinate.read_history(self.work / "history")))
             self.same_files(f"{name}_by_command", f"{name}_by_python")

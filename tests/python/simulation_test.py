@@ -31,7 +31,7 @@ class Simulation(PythonCase):
     def test_what_is_recomposed_is_the_commands(self):
         if not (self.work / "simulated").exists():
             self.run_patinate("simulate", "scene.json", "-o", "simulated")
-        self.run_patinate("simulate", "recompose", "simulated", "-o", "by_command", "--set", "patina.strength=0.25")
+        self.run_patinate("simulate", "restyle", "simulated", "-o", "by_command", "--set", "patina.strength=0.25")
         history = patinate.recompose(self.work / "simulated", self.work / "by_python", changes={"patina.strength": 0.25})
         self.assertEqual((self.work / "by_python/simulation.json").read_bytes(), (self.work / "by_command/simulation.json").read_bytes())
         np.testing.assert_array_equal(history.frame(-1), patinate.read_history(self.work / "by_command").frame(-1))
@@ -152,7 +152,7 @@ class Simulation(PythonCase):
         np.testing.assert_array_equal(kept.frame(-1), half(color))
         self.assertIn("force=True", self.line_of(patinate.CannotComplete, lambda: (simulation.step(), simulation.save(self.work / "by_hand"))))
         simulation.save(self.work / "by_hand", force=True)
-        self.run_patinate("simulate", "recompose", "by_hand", "--set", "patina.strength=0.9", "-o", "stronger")
+        self.run_patinate("simulate", "restyle", "by_hand", "--set", "patina.strength=0.9", "-o", "stronger")
         self.assertEqual(patinate.render(self.work / "by_hand", time=kept.times[-1], width=32, height=32, samples=1).shape, (32, 32, 3))
         patinate.Simulation(scene, folder=self.work).save(self.work / "at_once")
         self.assertEqual(len(patinate.read_history(self.work / "at_once/history")), 1)

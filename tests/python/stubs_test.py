@@ -34,9 +34,9 @@ nearest: list[str] = list(patinate.library(like=texture))
 
 
 # What does a command's work in Python.
-FUNCTION_OF = {"init": "init", "ingest": "ingest", "unlight": "unlight", "thickness": "thickness", "register": "register", "relief": "relief", "control": "Surface", "control accessibility": "Surface", "control explain": "explain",
-               "history combine": "combine", "history trim": "trim", "history library": "library", "history appearance": "appearance", "transfer": "transfer", "lookup": "AgedMesh.texture", "evaluate": "evaluate", "history compare": "compare", "grade": "grade",
-               "calibrate": "calibrate_camera", "render": "render", "export": "export", "history factorize": "factorize", "simulate": "simulate", "fit": "fit", "fit rank": "rank", "simulate recompose": "recompose", "synth": "synth_crackle"}
+FUNCTION_OF = {"init": "init", "ingest": "ingest", "unlight": "unlight", "thickness": "thickness", "register": "register", "height-change": "relief", "control": "Surface", "control accessibility": "Surface", "control explain": "explain",
+               "history combine": "combine", "history trim": "trim", "history library": "library", "history material": "appearance", "transfer": "transfer", "texture": "AgedMesh.texture", "evaluate": "evaluate", "history compare": "compare", "grade": "grade",
+               "calibrate": "calibrate_camera", "render": "render", "export": "export", "history factorize": "factorize", "simulate": "simulate", "fit": "fit", "fit rank": "rank", "simulate restyle": "recompose", "synth": "synth_crackle"}
 # What only a program does: pages, other machines, the program itself.
 OF_THE_PROGRAM = {"fit field", "studio", "cluster plan", "cluster run", "cluster join", "study", "info", "validate", "help devices", "help completion", "help"}
 

@@ -73,7 +73,7 @@ class Transfer(PythonCase):
 
     def test_a_texture_is_what_lookup_writes(self):
         time = float(self.history.times.mean())
-        self.run_patinate("lookup", "aged", "--time", time, "-o", "mean.exr")
+        self.run_patinate("texture", "aged", "--time", time, "-o", "mean.exr")
         written = patinate.read_color(self.work / "mean.exr")
         folder = patinate.read_transfer(self.work / "aged")
         np.testing.assert_array_equal(half(folder.texture(time)), written)

@@ -30,7 +30,7 @@ before(async () => {
       await make("synth", "sculpture", "-o", "urn", "--resolution", "30");
       await make("transfer", "history", "urn/mesh.obj", "--control", "thickness=facing", "--resolution", "256", "-o", "aged");
       await writeFile(join(folder, "black.json"), JSON.stringify({ format: "patinate.appearance", version: 1, metalness: 1, roughness: 1, tint: "#010101" }));  // Black is: nobody knows.
-      await make("appearance", "history", "black.json", "-o", "black");
+      await make("history", "material", "history", "black.json", "-o", "black");
       await make("transfer", "black", "urn/mesh.obj", "--control", "thickness=facing", "--resolution", "256", "-o", "black_urn");
     })(),
     (async () => {
@@ -39,7 +39,7 @@ before(async () => {
       await make("synth", "mold", "-o", "mold", "--width", "100", "--height", "75");
       await make("register", "mold/step00/scan.ply", "mold/step01/scan.ply", "--unit", "mm", "-o", "registered");
       await make("register", "mold/step00/scan.ply", "mold/step01/scan.ply", "mold/step02/scan.ply", "--unit", "mm", "-o", "moved");
-      await make("relief", "moved", "-o", "receding");
+      await make("height-change", "moved", "-o", "receding");
       await make("ingest", "mold/capture.json", "-o", "copper");
       const capture = JSON.parse(await readFile(join(folder, "mold/capture.json"), "utf8"));
       const { photos, ambient, scan } = capture.steps[0];

@@ -50,7 +50,8 @@ int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
                  {arguments.begin() + static_cast<std::ptrdiff_t>(found->num_words), arguments.end()}, std::move(stop));
   const int code = verb.run(run);
   run.note_advice();
-  if (found->is_former) run.note(std::string("`patinate ") + verb.former + "` is now `patinate " + verb.name + "`");
+  if (found->former != nullptr)
+    run.note(std::string("`patinate ") + found->former + "` is now `patinate " + verb.name + "`");
   return code;
 }
 

@@ -39,7 +39,7 @@ TransferReader::TransferReader(const std::filesystem::path& path)
     : folder_(path), atlas_(folder_.read_atlas()), mesh_(sheet_mesh(atlas_, folder_.sheet())) {
   if (std::int64_t{sheet().width()} * sheet().height() > Sheet::kMaxTexels) {
     throw IoError(path.string(), "has " + size_text(sheet().width(), sheet().height()) +
-                                     " texels in all tiles, more than are held at once; `lookup`, and `export` to a "
+                                     " texels in all tiles, more than are held at once; `texture`, and `export` to a "
                                      "folder, go tile by tile");
   }
   read_coordinates();

@@ -9,7 +9,8 @@ from .options import Options
 from .ranges import fit_words, varied_factors
 
 # Commands that look at what a cell has made.
-LOOKING = ("render", "lookup", "export", *FOLDERS)
+LOOKING = ("render", "texture", "lookup", "export", *FOLDERS)
+VERBS = {**FOLDERS, "lookup": "texture"}  # A study keeps the words with which it was written.
 
 
 class _Study:
@@ -142,7 +143,7 @@ class _Study:
     def _add_output(self, reader, part, step_words):
         context = self.context
         word = reader.member("command").choice(LOOKING)
-        verb = FOLDERS.get(word, word)
+        verb = VERBS.get(word, word)
         name, file, words, options = word, None, [], []
         num_before = len(context.problems)
         with context.attempt():

@@ -180,7 +180,7 @@ INSTANTIATE_TEST_SUITE_P(
                     "thickness capture/backlight.png -o out.exr",
                     "transfer history urn/mesh.obj --control facing --resolution 64 -o out",
                     "transfer history squares/mesh.obj --control height --resolution 64 --unit mm -o out",
-                    "lookup aged --num-times 4 -o out_%02d.png", "lookup aged --time 3 -o out.exr",
+                    "texture aged --num-times 4 -o out_%02d.png", "texture aged --time 3 -o out.exr",
                     "export aged --num-times 4 -o out", "export aged --num-times 3 -o out.glb",
                     "export aged --num-times 3 -o out.gif",
                     "render aged --num-times 3 --width 40 --samples 1 -o out_%02d.png",

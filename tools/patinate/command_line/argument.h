@@ -67,8 +67,8 @@ struct CommandDeclaration {
   std::string brief;
   std::vector<ArgumentInfo> arguments;
   std::vector<HelpList> lists;
-  std::vector<std::string> examples;  ///< Without "patinate".
-  std::string former = {};            ///< A name by which it still goes; or "".
+  std::vector<std::string> examples;      ///< Without "patinate".
+  std::vector<std::string> formers = {};  ///< Names by which it still goes.
 };
 
 /// The usage line: "patinate lookup TRANSFER -o IMAGE [options]".

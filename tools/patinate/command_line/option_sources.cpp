@@ -145,8 +145,9 @@ class ConfigFile {
 
   /// [transfer]; [fit.field], which is a table in [fit]; by a former name, [field].
   void read_section(const std::string& name, const toml::table& section) {
-    const auto command = std::find_if(commands_.begin(), commands_.end(),
-                                      [&](const auto& c) { return c.verb == name || c.former == name; });
+    const auto command = std::find_if(commands_.begin(), commands_.end(), [&](const auto& c) {
+      return c.verb == name || std::find(c.formers.begin(), c.formers.end(), name) != c.formers.end();
+    });
     const auto below =
         std::find_if(commands_.begin(), commands_.end(), [&](const auto& c) { return c.verb.starts_with(name + " "); });
     if (command == commands_.end() && below == commands_.end()) fail_unknown(name, section);

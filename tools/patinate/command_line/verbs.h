@@ -17,8 +17,8 @@ struct Verb {
   const char* name;  ///< One word, or two: "fit field".
   const char* brief;
   int (*run)(CommandRun&);
-  const char* group;             ///< Where the first page of help has it.
-  const char* former = nullptr;  ///< One word by which it still goes.
+  const char* group;                   ///< Where the first page of help has it.
+  const char* formers[3] = {nullptr};  ///< Names by which it still goes; nullptr ends the list.
   /// It makes an output whose work can be told before it is done.
   bool is_planned = true;
   /// First positional arguments on which the options depend; nullptr ends the list.
@@ -29,7 +29,7 @@ struct Verb {
 struct FoundVerb {
   const Verb* verb = nullptr;
   std::size_t num_words = 0;
-  bool is_former = false;
+  const char* former = nullptr;  ///< The former name that the words have; nullptr = they have the present one.
 };
 
 [[nodiscard]] std::span<const Verb> verbs();

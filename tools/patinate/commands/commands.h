@@ -8,7 +8,6 @@ namespace patinate::cli {
 
 /// Each returns the exit code (0, or 3 from `validate`), or throws an error of libcommon/include/patinate/core/error.h.
 int cmd_accessibility(CommandRun& run);
-int cmd_appearance(CommandRun& run);
 int cmd_calibrate(CommandRun& run);
 int cmd_combine(CommandRun& run);
 int cmd_compare(CommandRun& run);
@@ -22,24 +21,25 @@ int cmd_factorize(CommandRun& run);
 int cmd_field(CommandRun& run);
 int cmd_fit(CommandRun& run);
 int cmd_grade(CommandRun& run);
+int cmd_height_change(CommandRun& run);
 int cmd_help(CommandRun& run);
 int cmd_info(CommandRun& run);
 int cmd_ingest(CommandRun& run);
 int cmd_init(CommandRun& run);
 int cmd_join(CommandRun& run);
 int cmd_library(CommandRun& run);
-int cmd_lookup(CommandRun& run);
+int cmd_material(CommandRun& run);
 int cmd_plan(CommandRun& run);
 int cmd_rank(CommandRun& run);
-int cmd_recompose(CommandRun& run);
 int cmd_register(CommandRun& run);
-int cmd_relief(CommandRun& run);
 int cmd_render(CommandRun& run);
+int cmd_restyle(CommandRun& run);
 int cmd_run(CommandRun& run);
 int cmd_simulate(CommandRun& run);
 int cmd_studio(CommandRun& run);
 int cmd_study(CommandRun& run);
 int cmd_synth(CommandRun& run);
+int cmd_texture(CommandRun& run);
 int cmd_thickness(CommandRun& run);
 int cmd_transfer(CommandRun& run);
 int cmd_trim(CommandRun& run);

@@ -48,7 +48,11 @@ constexpr std::array kVerbs{
          .brief = "Ages a mesh with a history: source coordinates for every texel.",
          .run = cmd_transfer,
          .group = kMeshes},
-    Verb{.name = "lookup", .brief = "Writes a transfer's texture at any time.", .run = cmd_lookup, .group = kMeshes},
+    Verb{.name = "texture",
+         .brief = "Writes a transfer's texture at any time.",
+         .run = cmd_texture,
+         .group = kMeshes,
+         .formers = {"lookup"}},
     Verb{.name = "render",
          .brief = "Makes a picture of a transfer or simulation at a time, a strip of times, or a movie.",
          .run = cmd_render,
@@ -93,69 +97,70 @@ constexpr std::array kVerbs{
          .brief = "Grades a history as standards for coatings do: rust, cracks, creep, color, gloss.",
          .run = cmd_grade,
          .group = kMeasuring},
-    Verb{.name = "relief",
+    Verb{.name = "height-change",
          .brief = "Measures how much higher or lower a surface stands from scan to scan.",
-         .run = cmd_relief,
-         .group = kMeasuring},
+         .run = cmd_height_change,
+         .group = kMeasuring,
+         .formers = {"relief"}},
     Verb{.name = "history library",
          .brief = "Lists the built-in histories, and ranks them by similarity to a photograph or a history.",
          .run = cmd_library,
          .group = kHistories,
-         .former = "library"},
+         .formers = {"library"}},
     Verb{.name = "history trim",
          .brief = "Makes a history of part of another one's frames.",
          .run = cmd_trim,
          .group = kHistories,
-         .former = "trim"},
+         .formers = {"trim"}},
     Verb{.name = "history combine",
          .brief = "Puts several histories side by side into one, a library.",
          .run = cmd_combine,
          .group = kHistories,
-         .former = "combine"},
-    Verb{.name = "history appearance",
+         .formers = {"combine"}},
+    Verb{.name = "history material",
          .brief = "Adds material properties to a history: metal, roughness, reflectance.",
-         .run = cmd_appearance,
+         .run = cmd_material,
          .group = kHistories,
-         .former = "appearance"},
+         .formers = {"history appearance", "appearance"}},
     Verb{.name = "history compare",
          .brief = "Compares how two histories age: figures, maps and curves on one page.",
          .run = cmd_compare,
          .group = kHistories,
-         .former = "compare"},
+         .formers = {"compare"}},
     Verb{.name = "history factorize",
          .brief = "Describes a history by one curve over time, and maps of gain, base, rate and offset.",
          .run = cmd_factorize,
          .group = kHistories,
-         .former = "factorize"},
+         .formers = {"factorize"}},
     Verb{.name = "control accessibility",
          .brief = "Says how hard each place of a scan is to reach, in three definitions.",
          .run = cmd_accessibility,
          .group = kControls,
-         .former = "accessibility"},
+         .formers = {"accessibility"}},
     Verb{.name = "control explain",
          .brief = "Says which control explains where a surface has aged, and their best mix.",
          .run = cmd_explain,
          .group = kControls,
-         .former = "explain"},
+         .formers = {"explain"}},
     Verb{.name = "evaluate",
          .brief = "Measures the quality of a transfer's texture, or of another tool's.",
          .run = cmd_evaluate,
          .group = kTransfers},
-    Verb{.name = "simulate recompose",
+    Verb{.name = "simulate restyle",
          .brief = "Gives a simulation other appearance parameters without simulating again.",
-         .run = cmd_recompose,
+         .run = cmd_restyle,
          .group = kSimulations,
-         .former = "recompose"},
+         .formers = {"simulate recompose", "recompose"}},
     Verb{.name = "fit field",
          .brief = "Fits maps of rates or initial amounts that vary from place to place.",
          .run = cmd_field,
          .group = kSimulations,
-         .former = "field"},
+         .formers = {"field"}},
     Verb{.name = "fit rank",
          .brief = "Ranks fitted scenes by how well they predict held-out frames of a history.",
          .run = cmd_rank,
          .group = kSimulations,
-         .former = "rank"},
+         .formers = {"rank"}},
     Verb{.name = "study",
          .brief = "Runs one command on many inputs with many options: here, or through Snakemake.",
          .run = cmd_study,
@@ -166,19 +171,19 @@ constexpr std::array kVerbs{
          .brief = "Splits a command into items that can run anywhere.",
          .run = cmd_plan,
          .group = kMany,
-         .former = "plan",
+         .formers = {"plan"},
          .is_planned = false},
     Verb{.name = "cluster run",
          .brief = "Runs items of a plan; other machines may run other items.",
          .run = cmd_run,
          .group = kMany,
-         .former = "run",
+         .formers = {"run"},
          .is_planned = false},
     Verb{.name = "cluster join",
          .brief = "Joins the finished items of a plan into the output.",
          .run = cmd_join,
          .group = kMany,
-         .former = "join",
+         .formers = {"join"},
          .is_planned = false},
     Verb{.name = "synth",
          .brief = "Makes test data with known truth: crackle, drying, dust, edges, fence, ledge, mold, panel, plate, "
@@ -201,15 +206,20 @@ constexpr std::array kVerbs{
          .brief = "Prints a completion script for a shell.",
          .run = cmd_completion,
          .group = kHelp,
-         .former = "completion",
+         .formers = {"completion"},
          .is_planned = false},
     Verb{.name = "help devices",
          .brief = "Lists the devices that can calculate, and whether they give the CPU's bytes.",
          .run = cmd_devices,
          .group = kHelp,
-         .former = "devices",
+         .formers = {"devices"},
          .is_planned = false},
 };
+
+std::span<const char* const> formers_of(const Verb& verb) {
+  const auto end = std::find(std::begin(verb.formers), std::end(verb.formers), nullptr);
+  return {std::begin(verb.formers), end};
+}
 
 CommandDeclaration declared(const Verb& verb, const std::vector<std::string>& arguments) {
   CommandRun run(verb.name, verb.brief, arguments, {});
@@ -226,8 +236,10 @@ std::optional<FoundVerb> find_verb(std::span<const std::string> words) {
   if (words.empty()) return std::nullopt;
   const auto find = [](const std::string& name, std::size_t num_words) -> std::optional<FoundVerb> {
     for (const Verb& verb : kVerbs) {
-      if (name == verb.name) return FoundVerb{&verb, num_words, false};
-      if (verb.former != nullptr && name == verb.former) return FoundVerb{&verb, num_words, true};
+      if (name == verb.name) return FoundVerb{&verb, num_words};
+      for (const char* former : formers_of(verb)) {
+        if (name == former) return FoundVerb{&verb, num_words, former};
+      }
     }
     return std::nullopt;
   };
@@ -275,14 +287,14 @@ void fail_no_verb(std::span<const std::string> words) {
   }
   std::vector<std::string> names = first_words();
   for (const Verb& verb : kVerbs) {
-    if (verb.former != nullptr) names.emplace_back(verb.former);
+    for (const char* former : formers_of(verb)) names.emplace_back(former);
   }
   throw app::UsageError(word + ": no such command" + did_you_mean(word, names) + "; see `patinate --help`");
 }
 
 CommandDeclaration declaration_of(const Verb& verb) {
   CommandDeclaration all = declared(verb, {});
-  if (verb.former != nullptr) all.former = verb.former;
+  for (const char* former : formers_of(verb)) all.formers.emplace_back(former);
   for (const char* const* kind = verb.kinds; *kind != nullptr; ++kind) {
     for (ArgumentInfo& argument : declared(verb, {*kind}).arguments) {
       const auto same = std::find_if(all.arguments.begin(), all.arguments.end(),

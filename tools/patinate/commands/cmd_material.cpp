@@ -11,7 +11,7 @@ namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
-int cmd_appearance(CommandRun& run) {
+int cmd_material(CommandRun& run) {
   fs::path history, file, output;
   app::PlainAppearance plain;
   run.line.positional("HISTORY", "A history or a simulation", history);
@@ -20,8 +20,8 @@ int cmd_appearance(CommandRun& run) {
   run.line.output("STATED", "Folder to make: the history with maps of its material", output);
   run.line.options(plain);
   run.line.without({"seed"});
-  run.line.example("history appearance copper copper_and_patina.json -o copper_metal");
-  run.line.example("history appearance bronze --metalness 1 --roughness 0.35 -o bronze_metal");
+  run.line.example("history material copper copper_and_patina.json -o copper_metal");
+  run.line.example("history material bronze --metalness 1 --roughness 0.35 -o bronze_metal");
   if (!run.parse()) return 0;
   history = app::history_place(history);
   if (app::kind_of(history) != app::PathKind::History)
@@ -29,7 +29,7 @@ int cmd_appearance(CommandRun& run) {
   if (file.empty() == plain.is_empty())
     throw app::UsageError("APPEARANCE: expected a file, or --metalness, --roughness or --specular");
   const JobPlan plan = app::plan_appearance(history, app::appearance_of(file, plain), output);
-  const std::optional<JobStatus> status = run.make_folder(plan, "appearance");
+  const std::optional<JobStatus> status = run.make_folder(plan, "material");
   if (!status) return 0;
   const HistoryManifest made = read_history_manifest(output);
   Json frame_maps = Json::array(), maps = Json::array();

@@ -26,7 +26,7 @@ std::string step_line(const Json& step) {
 
 }  // namespace
 
-int cmd_relief(CommandRun& run) {
+int cmd_height_change(CommandRun& run) {
   fs::path registered, output, stable;
   std::string unit, time_unit = "d";
   std::vector<double> times;
@@ -45,8 +45,8 @@ int cmd_relief(CommandRun& run) {
   run.line.choices({"um", "mm", "cm", "m"});
   run.line.options(options);
   run.line.without({"seed"});
-  run.line.example("relief registered --times 0,30,365 -o receding");
-  run.line.example("relief registered --stable stays.png --window-mm 2 -o receding");
+  run.line.example("height-change registered --times 0,30,365 -o receding");
+  run.line.example("height-change registered --stable stays.png --window-mm 2 -o receding");
   if (!run.parse()) return 0;
 
   std::optional<double> mm_per_unit;
@@ -61,7 +61,7 @@ int cmd_relief(CommandRun& run) {
   } catch (const InvalidInput& e) {
     throw app::UsageError(std::string("--") + e.what());
   }
-  const std::optional<JobStatus> status = run.make_folder(capture::plan_relief(std::move(task), output), "relief");
+  const std::optional<JobStatus> status = run.make_folder(capture::plan_relief(std::move(task), output), "height-change");
   if (!status) return 0;
   const Json relief = load_json(output / capture::kReliefFile);
   for (const Json& warning : relief.at("warnings"))

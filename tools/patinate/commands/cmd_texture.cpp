@@ -156,7 +156,7 @@ int lookup_times(CommandRun& run, const LookupCommand& command, const transfer::
   }
   const auto todo = unfinished(run, command, textures);
   if (!todo) return 0;
-  if (!todo->empty()) write_textures(transfer, command, *todo, run.control("lookup"));
+  if (!todo->empty()) write_textures(transfer, command, *todo, run.control("texture"));
   report(run, command, textures, !todo->empty());
   return 0;
 }
@@ -206,7 +206,7 @@ int lookup_time_map(CommandRun& run, const LookupCommand& command, const transfe
   if (!todo->empty()) {
     ImageF at = times_of(run, command, transfer, is_file);
     transfer::write_time_map(transfer, std::move(at), command.sampling.between, textures[0].files, textures[0].key, {},
-                             run.control("lookup"));
+                             run.control("texture"));
   }
   report(run, command, textures, !todo->empty());
   return 0;
@@ -214,7 +214,7 @@ int lookup_time_map(CommandRun& run, const LookupCommand& command, const transfe
 
 }  // namespace
 
-int cmd_lookup(CommandRun& run) {
+int cmd_texture(CommandRun& run) {
   LookupCommand command;
   run.line.positional("TRANSFER", "A transfer folder", command.transfer);
   run.line.output("IMAGE",
@@ -229,10 +229,10 @@ int cmd_lookup(CommandRun& run) {
                   "Time of every texel: a map file or an expression of controls; 0 and 1 stand for the two --times, "
                   "else for the first and last time of the history. A file with values outside [0, 1] holds times",
                   command.time_map);
-  run.line.example("lookup copper_hydrant --time 120 -o hydrant_120.png");
-  run.line.example("lookup mold_hydrant --time 120 --map normal -o normal_120.png");
-  run.line.example("lookup copper_hydrant --num-times 24 -o hydrant_%04d.png");
-  run.line.example("lookup copper_hydrant --time-map height --times 480,0 -o younger_above.png");
+  run.line.example("texture copper_hydrant --time 120 -o hydrant_120.png");
+  run.line.example("texture mold_hydrant --time 120 --map normal -o normal_120.png");
+  run.line.example("texture copper_hydrant --num-times 24 -o hydrant_%04d.png");
+  run.line.example("texture copper_hydrant --time-map height --times 480,0 -o younger_above.png");
   run.line.checked([&] { check_command(command); });
   if (!run.parse()) return 0;
   app::require_transfer(command.transfer);

@@ -30,7 +30,7 @@ std::vector<simulation::LookChange> parse_changes(const std::vector<std::string>
 
 }  // namespace
 
-int cmd_recompose(CommandRun& run) {
+int cmd_restyle(CommandRun& run) {
   fs::path folder, scene_path, output;
   std::vector<std::string> texts;
   simulation::RecomposeOptions options;
@@ -45,7 +45,7 @@ int cmd_recompose(CommandRun& run) {
                   "A scene file whose appearance parameters to take; default: the one that was simulated", scene_path);
   run.line.options(options);
   run.line.options(device);
-  run.line.example("simulate recompose rust -o rust_pale --set rust.strength=0.5 --set rust.variation=0.8");
+  run.line.example("simulate restyle rust -o rust_pale --set rust.strength=0.5 --set rust.variation=0.8");
   if (!run.parse()) return 0;
   options.device = app::open_simulation_device(device, words_of(run));
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);
@@ -56,7 +56,7 @@ int cmd_recompose(CommandRun& run) {
   if (plan.items.empty())
     run.note(folder.string() +
              " has no amounts for its frames (made by an earlier version): only its last state is composed");
-  const std::optional<JobStatus> status = run.make_folder(plan, "recompose");
+  const std::optional<JobStatus> status = run.make_folder(plan, "restyle");
   if (status) run.report_output(*status, output);
   return 0;
 }

@@ -66,33 +66,61 @@ class MemberScan {
   std::size_t at_ = 0;
 };
 
-}  // namespace
+/// Where a member stands in the text of an object.
+struct MemberPlace {
+  std::size_t key = 0, value = 0, end = 0;
+  std::size_t before = 0;  ///< End of the member before it, or behind the brace.
+  std::size_t next = 0;    ///< Of the member behind it; `end` if it is the last.
+  bool is_there = false;
+  bool has_before = false;
+};
 
-std::string with_member(std::string_view text, std::string_view name, std::string_view value) {
+/// @returns if it is not there, the end of the last member as `before`.
+MemberPlace find_member(std::string_view text, std::string_view name) {
   MemberScan scan(text);
   scan.skip_blanks();
   if (scan.now() != '{') throw InvalidInput("a JSON object is needed to set \"" + std::string(name) + "\" in");
   scan.step();
-  std::size_t end = scan.at();  // End of the last member.
-  bool has_members = false;
+  MemberPlace place{.before = scan.at()};
   for (scan.skip_blanks(); scan.now() == '"'; scan.skip_blanks()) {
-    const std::size_t key = scan.at();
+    place.key = scan.at();
     scan.skip_string();
-    const bool is_it = Json::parse(text.substr(key, scan.at() - key)).get<std::string>() == name;
+    place.is_there = Json::parse(text.substr(place.key, scan.at() - place.key)).get<std::string>() == name;
     scan.skip_blanks();
     scan.step();  // The colon.
     scan.skip_blanks();
-    const std::size_t begin = scan.at();
+    place.value = scan.at();
     scan.skip_value();
-    end = scan.at();
-    has_members = true;
-    if (is_it) return std::string(text.substr(0, begin)) + std::string(value) + std::string(text.substr(end));
+    place.next = place.end = scan.at();
     scan.skip_blanks();
-    if (scan.now() == ',') scan.step();
+    if (scan.now() == ',') {
+      scan.step();
+      place.next = std::min(text.size(), text.find_first_not_of(" \t\r\n", scan.at()));
+    }
+    if (place.is_there) return place;
+    place.before = place.end;
+    place.has_before = true;
   }
+  return place;
+}
+
+}  // namespace
+
+std::string with_member(std::string_view text, std::string_view name, std::string_view value) {
+  const MemberPlace place = find_member(text, name);
+  if (place.is_there)
+    return std::string(text.substr(0, place.value)) + std::string(value) + std::string(text.substr(place.end));
   const std::string separator = text.find('\n') == std::string_view::npos ? " " : "\n  ";
-  return std::string(text.substr(0, end)) + (has_members ? "," + separator : std::string()) + "\"" + std::string(name) +
-         "\": " + std::string(value) + std::string(text.substr(end));
+  return std::string(text.substr(0, place.before)) + (place.has_before ? "," + separator : std::string()) + "\"" +
+         std::string(name) + "\": " + std::string(value) + std::string(text.substr(place.before));
+}
+
+std::string without_member(std::string_view text, std::string_view name) {
+  const MemberPlace place = find_member(text, name);
+  if (!place.is_there) return std::string(text);
+  const std::size_t begin = place.has_before ? place.before : place.key;
+  const std::size_t end = place.has_before ? place.end : place.next;
+  return std::string(text.substr(0, begin)) + std::string(text.substr(end));
 }
 
 }  // namespace patinate

@@ -61,5 +61,16 @@ TEST(JsonText, SettingAMemberLeavesAllElseAsItIsWritten) {
   EXPECT_THROW((void)with_member("[1]", "a", "1"), InvalidInput);
 }
 
+TEST(JsonText, TakingAMemberOutLeavesAllElseAsItIsWritten) {
+  const std::string text = "{ // first\n  \"a\": [1, {\"b\": 2}], /* of b */ \"b\" : \"},\", \"c\": 0.10 // last\n}\n";
+  EXPECT_EQ(without_member(text, "b"), "{ // first\n  \"a\": [1, {\"b\": 2}], \"c\": 0.10 // last\n}\n");
+  EXPECT_EQ(without_member(text, "c"), "{ // first\n  \"a\": [1, {\"b\": 2}], /* of b */ \"b\" : \"},\" // last\n}\n");
+  EXPECT_EQ(without_member(text, "a"), "{ // first\n  /* of b */ \"b\" : \"},\", \"c\": 0.10 // last\n}\n");
+  EXPECT_EQ(without_member(text, "d"), text);
+  EXPECT_EQ(without_member("{\"a\": 1}", "a"), "{}");
+  EXPECT_EQ(without_member(with_member(text, "new", "2"), "new"), text);
+  EXPECT_THROW((void)without_member("[1]", "a"), InvalidInput);
+}
+
 }  // namespace
 }  // namespace patinate

@@ -51,7 +51,8 @@ const job_is = (name, state) => until(page, ([wanted, word]) => document.querySe
 
 test("photographs become a capture, which says what it has found", async () => {
   await page.getByRole("button", { name: "Begin with photographs" }).click();
-  await dialog().waitFor();
+  await dialog().getByRole("button", { name: "Use a folder that is here already" }).click();
+  await dialog().getByLabel("Folder").waitFor();
   assert.equal(await dialog().getByLabel("Folder").inputValue(), "paint");
   await form_is_ready();
   assert.equal(await dialog().getByLabel("Name of the result").getAttribute("placeholder"), "paint/capture.json");

@@ -11,7 +11,7 @@ const client = resolve(process.argv[2] ?? "tools/studio/client");
 const { build } = createRequire(join(client, "package.json"))("esbuild");
 const folder = await mkdtemp(join(tmpdir(), "patinate-units-"));
 after(() => rm(folder, { recursive: true }));
-const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief", "ui/keys", "color/range", "ui/numbers", "scene/picking", "simulation/way", "simulation/recorded", "capture/landmarks", "build/document", "build/paths"];
+const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief", "ui/keys", "color/range", "ui/numbers", "scene/picking", "simulation/way", "simulation/recorded", "capture/landmarks", "capture/mask", "capture/project", "capture/photograph_files", "build/document", "build/paths"];
 await build({ stdin: { contents: `${modules.map((m) => `export * from "./src/${m}";`).join("\n")}\nexport * as THREE from "three";`, resolveDir: client, loader: "ts" }, bundle: true, format: "esm", platform: "node", outfile: join(folder, "units.mjs"), logLevel: "warning" });
 const u = await import(pathToFileURL(join(folder, "units.mjs")).href);
 
@@ -334,4 +334,60 @@ test("files get names that are files' everywhere, and paths lead from the scene 
   assert.equal(u.relative_path("a/b/scene.json", "a/c/mesh.obj"), "../c/mesh.obj");
   assert.equal(u.relative_path("scene.json", "mesh.obj"), "mesh.obj");
   assert.equal(u.relative_path("a/scene.json", "a/mesh.obj"), "mesh.obj");
+});
+
+test("a mask is painted, filled, and undone to the byte", () => {
+  const mask = new u.Mask(200, 150), inside = () => mask.inside.reduce((sum, v) => sum + (v ? 1 : 0), 0);
+  mask.begin();
+  mask.stroke([20, 30], [150, 100], 12, 0);
+  const after = mask.inside.slice();
+  for (let y = 0; y < 150; ++y) {
+    for (let x = 0; x < 200; ++x) {
+      const t = Math.min(1, Math.max(0, ((x - 20) * 130 + (y - 30) * 70) / (130 ** 2 + 70 ** 2))), d = Math.hypot(x - 20 - 130 * t, y - 30 - 70 * t);
+      if (Math.abs(d - 12) > kRounding) assert.equal(mask.inside[y * 200 + x], d < 12 ? 0 : 255, `${x}, ${y}`);
+    }
+  }
+  mask.begin();
+  mask.fill(Uint8Array.from([1, 0]), 2, 1, 0);  // The left half.
+  for (let y = 0; y < 150; ++y) for (let x = 0; x < 200; ++x) assert.equal(mask.inside[y * 200 + x], x < 100 ? 0 : after[y * 200 + x]);
+  mask.begin();
+  mask.stroke([-50, -50], [300, 300], 400, 255);
+  assert.ok(mask.is_everything);
+  mask.undo();
+  mask.undo();
+  assert.deepEqual(mask.inside, after);
+  mask.undo();
+  assert.equal(inside(), 200 * 150);
+  mask.undo();
+});
+
+test("a color takes what is like it, connected or everywhere", () => {
+  const width = 9, height = 5, data = new Uint8ClampedArray(4 * width * height);
+  for (let i = 0; i < width * height; ++i) data.set(i % width === 4 ? [200, 30, 30, 255] : [90 + (i % 2), 91, 90, 255], 4 * i);  // Gray on both sides of a red line.
+  const count = (...given) => u.color_region({ data, width, height }, ...given).reduce((sum, v) => sum + v, 0);
+  assert.equal(count(0, 0, 3, true), 4 * height);
+  assert.equal(count(0, 0, 3, false), 8 * height);
+  assert.equal(count(4, 2, 3, true), height);
+  assert.equal(count(0, 0, 100, true), width * height);
+});
+
+test("a rectangle has whole pixels inside of the photograph, and a length gives the size of a pixel", () => {
+  assert.deepEqual(u.roi_between(3.6, 9.4, -20, -20, 100, 50), [0, 0, 4, 10]);
+  assert.deepEqual(u.roi_between(90, 40, 500, 500, 100, 50), [91, 41, 9, 9]);
+  assert.equal(u.roi_between(10, 10, 10.4, 30, 100, 50), null);
+  assert.deepEqual(u.parse_roi("4, 5  20;10", 100, 50), [4, 5, 20, 10]);
+  for (const text of ["4, 5, 97, 10", "4, 5, 20", "4, 5, 0, 10", "-1, 5, 20, 10", "4.5, 5, 20, 10", "a, b, c, d"]) assert.equal(u.parse_roi(text, 100, 50), null, text);
+  assert.equal(u.texel_size([{ x: 10, y: 20 }, { x: 13, y: 24 }], 1), 0.2);
+  assert.equal(u.texel_size([{ x: 10, y: 20 }, { x: 10, y: 20 }], 1), null);
+  for (const mm of [undefined, 0, -1]) assert.equal(u.texel_size([{ x: 10, y: 20 }, { x: 13, y: 24 }], mm), null);
+  assert.equal(u.project_text({ roi: [1, 2, 3, 4], texel_size_mm: 0.5, chart: null }, "masks/mask.png"), '"roi": [1, 2, 3, 4],\n"mask": "masks/mask.png",\n"texel_size_mm": 0.5');
+});
+
+test("photographs have names of their own in the served folder", () => {
+  const names = (...paths) => u.photograph_names(paths.map((path) => ({ file: { name: path.split("/").pop() }, path })));
+  assert.deepEqual(names("Urn 2020-05-28 18.20.JPG", "\u00e4.png", "-10min.png"), ["Urn_2020-05-28_18.20.jpg", "photograph.png", "-10min.png"]);
+  assert.deepEqual(names("day1/a.jpg", "day2/a.JPG", "b.jpg"), ["day1_a.jpg", "day2_a.jpg", "b.jpg"]);
+  assert.deepEqual(names("a b.jpg", "a+b.jpg"), ["a_b.jpg", "a_b_2.jpg"]);
+  const is = (name, type = "") => u.is_photograph({ name, type });
+  assert.deepEqual([is("a.jpg", "image/jpeg"), is("a.CR2"), is("a.mp4", "video/mp4"), is("a.svg", "image/svg+xml"), is(".a.jpg", "image/jpeg"), is("a.txt", "text/plain"), is("a")], [true, true, true, false, false, false, false]);
 });

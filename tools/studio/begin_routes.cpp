@@ -33,21 +33,6 @@ std::pair<std::string, std::string> checked_name(const std::string& name) {
   return {fs::path(name).stem().string(), extension};
 }
 
-void write_mesh(const fs::path& path, const std::string& name, const std::string& bytes) {
-  write_atomically(path, [&](const fs::path& temporary) {
-    std::ofstream out(temporary, std::ios::binary);
-    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    out.close();
-    if (!out) throw CannotComplete(path.string() + ": cannot be written; is the disk full?");
-    try {
-      (void)read_mesh(temporary);
-    } catch (const InputError& e) {
-      const std::string text = e.what(), file = temporary.string();
-      throw InvalidInput(name + (text.starts_with(file) ? text.substr(file.size()) : ": " + text));
-    }
-  });
-}
-
 /// What a mesh is called: by its folder where every second one is called so.
 std::string title_of(const fs::path& mesh, const fs::path& root) {
   const std::string stem = mesh.stem().string();
@@ -65,12 +50,27 @@ fs::path mesh_of(const Asked& asked) {
 
 }  // namespace
 
+void write_checked(const fs::path& path, const std::string& name, const std::string& bytes, const FileCheck& check) {
+  write_atomically(path, [&](const fs::path& temporary) {
+    std::ofstream out(temporary, std::ios::binary);
+    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    out.close();
+    if (!out) throw CannotComplete(path.string() + ": cannot be written; is the disk full?");
+    try {
+      check(temporary);
+    } catch (const InputError& e) {
+      const std::string text = e.what(), file = temporary.string();
+      throw InvalidInput(name + (text.starts_with(file) ? text.substr(file.size()) : ": " + text));
+    }
+  });
+}
+
 HttpResponse save_mesh(const Asked& asked, const std::string& body) {
   const std::string name = asked.target.value("name");
   const auto [stem, extension] = checked_name(name);
   const fs::path path = asked.folder.make_file("", stem, extension);
   try {
-    write_mesh(path, name, body);
+    write_checked(path, name, body, [](const fs::path& temporary) { (void)read_mesh(temporary); });
   } catch (...) {
     std::error_code error;
     fs::remove(path, error);

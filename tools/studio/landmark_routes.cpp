@@ -8,14 +8,11 @@
 #include "capture/handheld/landmarks.h"
 #include "capture/project/capture_project.h"
 #include "capture/project/given_transforms.h"
-#include "capture/project/relit_project.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/json_text.h"
-#include "libcommon/core/text.h"
-#include "libcommon/history/history_times.h"
+#include "tools/studio/opened_capture.h"
 #include "tools/studio/outside_json.h"
-#include "tools/studio/routes.h"
 
 namespace patinate::studio {
 
@@ -73,10 +70,7 @@ void require_inside(const Asked& asked, const fs::path& table) {
 }
 
 MarkedCapture open_marked(const Asked& asked) {
-  const auto [path, kind] = asked.place();
-  const fs::path file = capture::capture_file(path);
-  if (kind != PlaceKind::Ingest || capture::is_relit_capture(file))
-    throw InvalidInput("points are marked in the photographs of one surface; this place is no such capture project");
+  const fs::path file = fixed_capture_file(asked);
   MarkedCapture marked{.file = file, .text = read_file(file), .project = {}, .marks = {}, .state = {}};
   // Photographs of several sizes are no reason not to mark them.
   const bool is_off = said_method(file.string(), marked.text) == "off";
@@ -96,28 +90,13 @@ MarkedCapture open_marked(const Asked& asked) {
   return marked;
 }
 
-/// Relative to the project, as the browser may ask for it; "" of what it may not.
-std::string shown_path(const fs::path& folder, const fs::path& file) {
-  std::error_code error;
-  const fs::path relative = fs::weakly_canonical(file, error).lexically_relative(fs::weakly_canonical(folder, error));
-  return relative.empty() || *relative.begin() == ".." ? "" : relative.generic_string();
-}
-
 Json json_of(const MarkedCapture& marked) {
   const capture::CaptureProject& project = marked.project;
   const std::vector<std::string> names = capture::photo_names(project.frames);
-  Json photos = Json::array(), marks = Json::array();
+  Json marks = Json::array();
   for (std::size_t i = 0; i < project.frames.size(); ++i) {
     const capture::CapturePhoto& photo = project.frames[i];
-    const std::string path = shown_path(marked.file.parent_path(), photo.file);
-    if (path.empty()) continue;  // A photograph elsewhere.
-    photos.push_back({{"number", photo.number},
-                      {"name", names[i]},
-                      {"time", short_number_text(photo.time) + " " + shown_time_unit(project.time_unit)},
-                      {"path", path},
-                      {"width", photo.width},
-                      {"height", photo.height}});
-    if (photo.stream) photos.back()["image"] = photo.image;
+    if (shown_path(marked.file.parent_path(), photo.file).empty()) continue;  // A photograph elsewhere.
     const auto found = marked.marks.find(names[i]);
     if (found == marked.marks.end()) continue;
     for (const auto& [point, at] : found->second)
@@ -127,7 +106,7 @@ Json json_of(const MarkedCapture& marked) {
           {"align", capture::align_method_text(project.align.method)},
           {"uses_marks", marked.uses_marks()},
           {"table", project.align.landmarks ? Json(project.align.landmarks->filename().string()) : Json(nullptr)},
-          {"photos", std::move(photos)},
+          {"photos", photos_json(project)},
           {"marks", std::move(marks)}};
 }
 

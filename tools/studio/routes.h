@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
@@ -69,6 +70,19 @@ struct Asked {
 /// Puts a mesh file into the folder under a name that is free. @throws InvalidInput, and nothing was kept, where it is
 /// no mesh.
 [[nodiscard]] HttpResponse save_mesh(const Asked& asked, const std::string& body);
+/// Makes a folder for photographs in the served folder.
+[[nodiscard]] HttpResponse make_photograph_folder(const Asked& asked, const std::string& body);
+/// Puts a photograph into such a folder. @throws InvalidInput, and nothing was kept, where it is none, or is there.
+[[nodiscard]] HttpResponse save_photograph(const Asked& asked, const std::string& body);
+/// What a person may set in the project of a capture: crop, mask, scale, chart.
+[[nodiscard]] HttpResponse answer_project(const Asked& asked);
+/// Sets such members. @throws Conflict if the project was changed since it was read; InvalidInput, IoError,
+/// CannotComplete, and nothing was saved.
+[[nodiscard]] HttpResponse save_project(const Asked& asked, const std::string& body);
+/// The mask of a capture, as large as its photographs. @throws NotFound if it has none.
+[[nodiscard]] HttpResponse answer_mask(const Asked& asked);
+/// Writes a new mask beside the project, which names it then. @throws as save_project()
+[[nodiscard]] HttpResponse save_mask(const Asked& asked, const std::string& body);
 /// How large a mesh is, and in which ways it can be aged.
 [[nodiscard]] HttpResponse answer_begin(const Asked& asked);
 /// Writes a scene file beside a mesh that ages it. @throws InvalidInput, IoError, CannotComplete
@@ -86,6 +100,11 @@ struct Asked {
 [[nodiscard]] HttpResponse start_job(const Asked& asked, const std::string& body);
 [[nodiscard]] HttpResponse cancel_job(const Asked& asked, const std::string& body);
 
+using FileCheck = std::function<void(const std::filesystem::path& temporary)>;
+/// Writes a file that came from outside if `check` takes it. @param name  What errors of the check call it.
+/// @throws InvalidInput, CannotComplete, and nothing was written.
+void write_checked(const std::filesystem::path& path, const std::string& name, const std::string& bytes,
+                   const FileCheck& check);
 /// A file as it is. @throws NotFound if files of its kind are not served.
 [[nodiscard]] HttpResponse file_response(const std::filesystem::path& file);
 /// Answer of `GET /api/place` about a place. @throws IoError

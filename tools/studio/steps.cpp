@@ -12,7 +12,7 @@
 #include "libcommon/history/history_times.h"
 #include "libcommon/job/job_record.h"
 #include "patinate/image/image_io.h"
-#include "tools/studio/routes.h"
+#include "tools/studio/opened_capture.h"
 
 namespace patinate::studio {
 
@@ -120,29 +120,49 @@ std::optional<fs::path> capture_of(const ServedFolder& served, const fs::path& h
 /// Photographs of which frames were made, as they were before.
 class RawPhotographs {
  public:
-  RawPhotographs(const ServedFolder& served, const fs::path& history) : served_(served) {
+  RawPhotographs(const ServedFolder& served, const fs::path& history) : served_(served), history_(history) {
     try {
       const std::optional<fs::path> capture = capture_of(served, history);
       if (!capture) return;
       place_ = *capture;
-      for (const capture::CapturePhoto& photo : capture::read_capture_project(capture::capture_file(place_)).frames) {
-        if (!photo.stream) files_[photo.time] = photo.file;
-      }
+      project_ = capture::read_capture_project(capture::capture_file(place_));
+      for (const capture::CapturePhoto& photo : project_.frames) photos_[photo.time] = &photo;
     } catch (const std::exception&) {
-      files_.clear();  // They are not there any more: the frames are shown alone.
+      photos_.clear();  // They are not there any more: the frames are shown alone.
     }
   }
-  void add(double time, const fs::path& frame, StepPictures& pictures) const {
-    const auto found = files_.find(time);
-    if (found == files_.end()) return;
-    pictures.add_of(served_, place_, found->second, "the photograph");
-    pictures.add(frame, "what became of it");
+  RawPhotographs(const RawPhotographs&) = delete;
+  RawPhotographs& operator=(const RawPhotographs&) = delete;
+
+  void add(const HistoryFrame& frame, StepPictures& pictures) const {
+    const auto found = photos_.find(frame.time);
+    if (found == photos_.end() || found->second->stream) return;
+    pictures.add_of(served_, place_, found->second->file, "the photograph");
+    pictures.add(frame.file, "what became of it");
+  }
+  /// Both, to be looked at with one zoom; "roi" is the part of the photograph that the frame shows, if it is known.
+  /// Null if there is no photograph.
+  [[nodiscard]] Json beside(const HistoryManifest& m, const HistoryFrame& frame) const {
+    const auto found = photos_.find(frame.time);
+    if (found == photos_.end()) return nullptr;
+    const capture::CapturePhoto& photo = *found->second;
+    Json raw = photo_json(project_.file.parent_path(), photo, photo.name());
+    const std::string path = shown_path(history_, history_ / frame.file);
+    if (raw.is_null() || path.empty()) return nullptr;
+    raw["place"] = served_.name_of(place_);
+    const auto& roi = project_.roi;
+    const bool is_known = !project_.is_handheld() && m.width == project_.width() && m.height == project_.height();
+    return {{"photo", std::move(raw)},
+            {"frame",
+             {{"path", path}, {"name", time_text(frame.time, m.time_unit)}, {"width", m.width}, {"height", m.height}}},
+            {"roi", is_known ? Json{roi.x, roi.y, roi.width, roi.height} : Json(nullptr)}};
   }
 
  private:
   const ServedFolder& served_;
-  fs::path place_;
-  std::map<double, fs::path> files_;
+  fs::path history_, place_;
+  capture::CaptureProject project_;
+  std::map<double, const capture::CapturePhoto*> photos_;
 };
 
 /// Records of an ingest beside its history: pictures of every step (relit), or what was found in every photograph
@@ -154,7 +174,7 @@ Json history_steps(const ServedFolder& served, const fs::path& folder, StepPictu
   for (std::size_t i = 0; i < m.frames.size() && i < kMaxStepsAtOnce; ++i) {
     const std::string number = zero_padded(i, 4);
     const fs::path report = "report";
-    raw.add(m.frames[i].time, m.frames[i].file, pictures);
+    raw.add(m.frames[i], pictures);
     pictures.add(report / ("light_" + number + ".png"), "a photograph in the reference's view");
     pictures.add(report / ("albedo_" + number + ".png"), "albedo");
     pictures.add(report / ("stddev_" + number + ".png"), "standard deviation of the albedo");
@@ -164,8 +184,10 @@ Json history_steps(const ServedFolder& served, const fs::path& folder, StepPictu
     if (m.frames[i].mask) pictures.add(*m.frames[i].mask, "mask");
     Json shown = pictures.take();
     const std::string text = fact_text(folder / report / ("facts_" + number + ".json"));
-    if (!shown.empty() || !text.empty())
-      steps.push_back(step(time_text(m.frames[i].time, m.time_unit), text, std::move(shown)));
+    Json beside = raw.beside(m, m.frames[i]);
+    if (shown.empty() && text.empty() && beside.is_null()) continue;
+    steps.push_back(step(time_text(m.frames[i].time, m.time_unit), text, std::move(shown)));
+    if (!beside.is_null()) steps.back()["beside"] = std::move(beside);
   }
   return steps;
 }

@@ -39,7 +39,7 @@ HttpResponse secured(HttpResponse response) {
   return response;
 }
 
-constexpr std::string_view kUploadPath = "/api/mesh";
+constexpr std::string_view kMeshPath = "/api/mesh", kMaskPath = "/api/mask", kPhotographPath = "/api/photographs";
 
 /// Text on the places that exist instead.
 std::string known_text(const std::vector<std::string>& places) {
@@ -122,8 +122,8 @@ HttpResponse Studio::admit(const HttpRequest& request) const {
 }
 
 bool Studio::is_upload(const HttpRequest& request) {
-  return request.method == "POST" &&
-         std::string_view(request.target).substr(0, request.target.find('?')) == kUploadPath;
+  const std::string_view path = std::string_view(request.target).substr(0, request.target.find('?'));
+  return request.method == "POST" && (path == kMeshPath || path == kMaskPath || path == kPhotographPath);
 }
 
 /// A table from method and path to what answers.
@@ -132,21 +132,31 @@ struct Studio::Routes {
     std::string_view method, path;
     HttpResponse (*answer)(const Asked& asked);
   };
-  static constexpr std::array kAnswers{
-      Route{"GET", "/api/place", answer_place},       Route{"GET", "/api/texture", answer_texture},
-      Route{"GET", "/api/map", answer_map},           Route{"GET", "/api/curve", answer_curve},
-      Route{"GET", "/api/mesh", answer_mesh},         Route{"GET", "/api/preview", answer_preview},
-      Route{"GET", "/api/file", answer_file},         Route{"GET", "/api/live", answer_live},
-      Route{"GET", "/api/begin", answer_begin},       Route{"GET", "/api/landmarks", answer_landmarks},
-      Route{"GET", "/api/commands", answer_commands}, Route{"GET", "/api/jobs", answer_jobs},
-      Route{"GET", "/api/jobs/file", answer_job_file}};
+  static constexpr std::array kAnswers{Route{"GET", "/api/place", answer_place},
+                                       Route{"GET", "/api/texture", answer_texture},
+                                       Route{"GET", "/api/map", answer_map},
+                                       Route{"GET", "/api/curve", answer_curve},
+                                       Route{"GET", "/api/mesh", answer_mesh},
+                                       Route{"GET", "/api/preview", answer_preview},
+                                       Route{"GET", "/api/file", answer_file},
+                                       Route{"GET", "/api/live", answer_live},
+                                       Route{"GET", "/api/begin", answer_begin},
+                                       Route{"GET", "/api/landmarks", answer_landmarks},
+                                       Route{"GET", "/api/commands", answer_commands},
+                                       Route{"GET", "/api/jobs", answer_jobs},
+                                       Route{"GET", "/api/jobs/file", answer_job_file},
+                                       Route{"GET", "/api/project", answer_project},
+                                       Route{"GET", kMaskPath, answer_mask}};
   struct Taker {
     std::string_view path;
     HttpResponse (*take)(const Asked& asked, const std::string& body);
   };
-  static constexpr std::array kTakers{Taker{"/api/landmarks", save_landmarks}, Taker{kUploadPath, save_mesh},
-                                      Taker{"/api/begin", begin_scene},        Taker{"/api/paint", paint_transfer},
-                                      Taker{"/api/jobs", start_job},           Taker{"/api/jobs/cancel", cancel_job}};
+  static constexpr std::array kTakers{
+      Taker{"/api/landmarks", save_landmarks}, Taker{kMeshPath, save_mesh},
+      Taker{"/api/begin", begin_scene},        Taker{"/api/paint", paint_transfer},
+      Taker{"/api/jobs", start_job},           Taker{"/api/jobs/cancel", cancel_job},
+      Taker{"/api/project", save_project},     Taker{kMaskPath, save_mask},
+      Taker{kPhotographPath, save_photograph}, Taker{"/api/photographs/folder", make_photograph_folder}};
 
   static HttpResponse answer(Studio& studio, const HttpRequest& request, const RequestTarget& target,
                              const std::stop_token& gone) {

@@ -40,7 +40,7 @@ class Studio {
 
   /// Answers that need no further question: the cookie, and refusals. Status 0 = continue.
   [[nodiscard]] HttpResponse admit(const HttpRequest& request) const;
-  /// Whether what comes with a request may be large: a mesh.
+  /// Whether what comes with a request may be large: a mesh, a photograph, a mask.
   [[nodiscard]] static bool is_upload(const HttpRequest& request);
   /// Never throws: what is wrong is an answer too.
   [[nodiscard]] HttpResponse answer(const HttpRequest& request, const std::stop_token& gone) noexcept;

@@ -9,12 +9,14 @@ import { icon } from "./ui/icons";
 import { key_of } from "./ui/keys";
 import { clear_notices, failure, notice_area, settle } from "./ui/notices";
 import { current_theme, on_theme, start_theme, toggle_theme } from "./ui/theme";
+import { BesideView } from "./views/beside_view";
 import { CaptureView } from "./views/capture_view";
 import { CompareView } from "./views/compare_view";
 import { HistoryView } from "./views/history_view";
 import { LandmarksView } from "./views/landmarks_view";
 import { MeshView } from "./views/mesh_view";
 import { PlacesView } from "./views/places_view";
+import { PrepareView } from "./views/prepare_view";
 import { ReportView } from "./views/report_view";
 import { SimulationView } from "./views/simulation_view";
 import type { View } from "./views/view";
@@ -78,6 +80,8 @@ export class App {
   private make(info: PlaceBase, mode: string): View {
     const is_live = mode === "live";
     if (mode === "landmarks") return new LandmarksView(info);
+    if (mode === "prepare") return new PrepareView(info);
+    if (mode === "beside" && (info as Partial<StepsPlace>).steps?.some(({ beside }) => beside)) return new BesideView(info as StepsPlace);
     if (mode === "page") return new ReportView(info);
     if (mode === "steps") return new CaptureView(info as StepsPlace);
     if (info.kind === "report") return new ReportView(info);
@@ -101,10 +105,12 @@ export class App {
     const has_marks = (info as Partial<StepsPlace>).has_marks === true && !is_static();
     const has_time = kHistoryKinds.includes(info.kind) && !is_static();
     replace(this.crumbs, h("span", { class: "slash", "aria-hidden": "true" }, "/"), icon(info.kind, 16), h("span", { "aria-current": "page" }, info.name),
+      has_marks && mode === "" && other("Crop, mask, scale", "prepare", "scale", "Crop, mask, size of a pixel and color chart, set in a photograph"),
       has_marks && mode === "" && other("Mark points", "landmarks", "fit", "Click the same places in photographs that cannot be laid over one another otherwise"),
       has_marks && mode !== "" && other("Its photographs", "", "ingest", "What the project names, step by step"),
       has_time && mode !== "" && other("Its history", "", "history", "Color over time"),
       has_time && mode === "" && steps && steps.length > 0 && other("How it was made", "steps", "ingest", "Photographs, masks and residuals, step by step"),
+      has_time && mode !== "beside" && steps?.some(({ beside }) => beside) && other("Before and after", "beside", "ingest", "Each frame beside the photograph that it was made of, with one zoom"),
       has_time && mode === "" && page !== undefined && other("Its report", "page", "report", "What was found in every photograph, and what was done about it"),
       has_time && mode === "" && info.kind === "simulation" && !live_problem && other("Change it, or resume", "live", "simulation", "Opens it where it ended: other appearance parameters at once; it can resume, or start again"));
   }

@@ -62,8 +62,15 @@ export interface StepPicture {
   caption: string;
 }
 
+/// A photograph and the frame that was made of it; `roi`: the part of the photograph that the frame shows, if it is known.
+export interface BesideInfo {
+  photo: { name: string; place: string; path: string; image?: number; width: number; height: number };
+  frame: { name: string; path: string; width: number; height: number };
+  roi: [number, number, number, number] | null;
+}
+
 export interface StepsPlace extends PlaceBase {
-  steps: { name: string; text: string; pictures: StepPicture[] }[];
+  steps: { name: string; text: string; pictures: StepPicture[]; beside?: BesideInfo }[];
   mesh?: boolean;
   /// Of a capture: points can be marked in its photographs.
   has_marks?: boolean;

@@ -1,10 +1,10 @@
 // Names and paths of files in the served folder.
 
 /// As files may be called here: letters, digits and a few signs.
-export function plain_name(name: string): string {
+export function plain_name(name: string, fallback = "mesh"): string {
   const dot = name.lastIndexOf(".");
   const stem = (dot < 0 ? name : name.slice(0, dot)).replace(/[^A-Za-z0-9._-]+/g, "_").replace(/^[._]+|_+$/g, "").slice(0, 80);
-  return (stem || "mesh") + (dot < 0 ? "" : name.slice(dot).toLowerCase());
+  return (stem || fallback) + (dot < 0 ? "" : name.slice(dot).toLowerCase());
 }
 
 /// A path from the folder of one file to another.

@@ -11,9 +11,9 @@ const kAbout = "/api/mesh";
 
 /// Sends the first mesh among some files. @returns its place; nothing where there is none, which is said.
 export async function upload(files: Iterable<File>): Promise<string | undefined> {
-  const file = [...files].find(({ name }) => kMeshes.some((end) => name.toLowerCase().endsWith(end)));
+  const file = [...files].find(({ name }) => is_mesh_file(name));
   if (!file) {
-    notice(`Choose a mesh: an ${kMeshes.map((end) => end.slice(1).toUpperCase()).join(", ")} file.`, "error", kAbout);
+    notice(`Choose a mesh, an ${kMeshes.map((end) => end.slice(1).toUpperCase()).join(", ")} file, or photographs.`, "error", kAbout);
     return undefined;
   }
   if (file.size > kMost_mb * 1048576) {
@@ -41,8 +41,10 @@ export function choose_mesh(text: string, take: (place: string) => void, kind = 
   return h("div", { class: "choose" }, h("button", { type: "button", class: kind, onclick: () => input.click() }, icon("plus"), h("span", {}, text)), input);
 }
 
+export const is_mesh_file = (name: string): boolean => kMeshes.some((end) => name.toLowerCase().endsWith(end));
+
 /// Files may be dropped anywhere on an element.
-export function drop_meshes(element: HTMLElement, take: (place: string) => void): void {
+export function drop_files(element: HTMLElement, take: (data: DataTransfer) => void): void {
   const has_files = (event: DragEvent): boolean => [...(event.dataTransfer?.types ?? [])].includes("Files");
   element.addEventListener("dragover", (event) => {
     if (!has_files(event)) return;
@@ -54,6 +56,6 @@ export function drop_meshes(element: HTMLElement, take: (place: string) => void)
     element.classList.remove("dropping");
     if (!event.dataTransfer || !has_files(event)) return;
     event.preventDefault();
-    void upload(event.dataTransfer.files).then((place) => { if (place) take(place); });
+    take(event.dataTransfer);
   });
 }

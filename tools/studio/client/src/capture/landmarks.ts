@@ -4,6 +4,7 @@ export interface MarkedPhoto {
   number: number;
   name: string;
   time: string;
+  place?: string;  ///< In which it is, if that is another one.
   path: string;
   image?: number;  ///< Of a movie.
   width: number;

@@ -59,7 +59,7 @@ export class CaptureView implements View {
   private async show_draft(body: HTMLElement, path: string): Promise<void> {
     const text = await get(url_of("/api/file", { place: this.place.place, path })).then((reply) => new TextDecoder().decode(reply.bytes), () => "");
     const lines = text.split("\n").filter((line) => /^(found|check): /.test(line)).map((line) => line.split(/: (.*)/));
-    if (lines.length > 0) body.prepend(h("section", { class: "draft" }, h("h2", {}, "What the draft says"), h("dl", {}, lines.map(([word, rest]) => [h("dt", { class: word }, word!), h("dd", {}, rest ?? "")]).flat()), h("p", { class: "hint" }, "All of this is in capture.json: change it with a text editor, then ingest.")));
+    if (lines.length > 0) body.prepend(h("section", { class: "draft" }, h("h2", {}, "What the draft says"), h("dl", {}, lines.map(([word, rest]) => [h("dt", { class: word }, word!), h("dd", {}, rest ?? "")]).flat()), h("p", { class: "hint" }, `All of this is in capture.json: ${this.place.has_marks ? "set crop, mask, scale and chart above, and the rest" : "change it"} with a text editor, then ingest.`)));
   }
 
   on_key(key: string): boolean {

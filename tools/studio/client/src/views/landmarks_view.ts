@@ -79,7 +79,7 @@ export class LandmarksView implements View {
         info.photos.map((p) => h("option", {}, `${p.name}, ${p.time}`)));
       this.choices.push(choice);
       const step = (by: number) => () => this.show_photo(i, info.photos[(choice.selectedIndex + by + info.photos.length) % info.photos.length]!);
-      return new PhotoPane(this.place.place, name, h("header", {}, icon_button("back", "Photograph before", step(-1)), choice, icon_button("step", "Next photograph", step(1))), events);
+      return new PhotoPane(this.place.place, `${name} photograph`, h("header", {}, icon_button("back", "Photograph before", step(-1)), choice, icon_button("step", "Next photograph", step(1))), events);
     });
     replace(this.element, h("aside", { class: "panel", "aria-label": "Points" }, h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, "landmarks")),
       h("p", { class: "about" }, `Click a place in the left photograph, and the same place in the right one. The wheel zooms, a drag moves the picture or a marker. ${kFewest} points that two photographs share tell shift, turn and scale; ${kForHomography} tell the view.`),

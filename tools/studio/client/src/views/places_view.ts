@@ -1,14 +1,15 @@
 // The start page: everything in the served folder that can be shown.
 import { get_places } from "../api";
-import { choose_mesh, drop_meshes } from "../build/upload";
-import { start_job } from "../jobs/job_buttons";
+import { choose_mesh, drop_files, is_mesh_file, upload } from "../build/upload";
+import { is_photograph } from "../capture/photograph_files";
+import { dropped_files, open_photographs } from "../capture/photographs_dialog";
 import { kJobEnded } from "../jobs/jobs_panel";
 import { Thumbnails } from "../scene/thumbnails";
 import type { Places, PlaceSummary } from "../types";
 import { button } from "../ui/controls";
 import { h, replace } from "../ui/dom";
 import { icon } from "../ui/icons";
-import { failure } from "../ui/notices";
+import { failure, show_error } from "../ui/notices";
 import type { View } from "./view";
 
 interface Group {
@@ -37,7 +38,15 @@ function age(place: string): void {
   location.hash = `${place_link(place)}?age`;
 }
 
-const photographs = (): HTMLElement => button("Begin with photographs", () => start_job("init", {}), { icon: "ingest", hint: "Drafts a capture from a folder of photographs" });
+/// What was dropped: a mesh, or photographs.
+async function begin_with(data: DataTransfer): Promise<void> {
+  const files = await dropped_files(data);
+  if (!files.some(({ file }) => is_mesh_file(file.name)) && files.some(({ file }) => is_photograph(file))) return open_photographs(files);
+  const place = await upload(files.map(({ file }) => file));
+  if (place) age(place);
+}
+
+const photographs = (): HTMLElement => button("Begin with photographs", () => void open_photographs(), { icon: "ingest", hint: "Copies photographs of one surface into a new folder, and drafts a capture of them" });
 
 /// Every second scene is called "scene": then its folder says which it is.
 function title_of({ name, place }: PlaceSummary): string {
@@ -60,7 +69,7 @@ export class PlacesView implements View {
 
   constructor() {
     window.patinate = { view: "places" };
-    drop_meshes(this.element, age);
+    drop_files(this.element, (data) => void begin_with(data).catch(show_error));
     window.addEventListener(kJobEnded, () => this.list(), { signal: this.stop.signal });
     this.list();
   }
@@ -111,7 +120,7 @@ export class PlacesView implements View {
     return h("div", { class: "nothing" }, h("h1", {}, "Begin with a mesh"),
       h("div", { class: "drop" }, icon("mesh", 44), h("p", {}, "Drop a mesh here, or choose one: OBJ, PLY, STL or GLB."), choose_mesh("Choose a mesh", age, "primary"),
         h("p", { class: "hint" }, "It is copied into ", h("code", {}, folder), ". Then say what ages it: rain and dirt, rust, moss or patina.")),
-      h("div", { class: "actions" }, photographs(), h("span", { class: "hint" }, "A folder of photographs of one surface, copied into this folder, becomes a material history.")),
+      h("div", { class: "actions" }, photographs(), h("span", { class: "hint" }, "Photographs of one surface at several times become a material history. They can be dropped here, too.")),
       h("details", {}, h("summary", {}, "Or make something in the terminal"), h("ul", {},
         command("patinate synth ledge -o ledge", "a wall with sills: a scene to simulate right here"),
         command("patinate synth mold -o mold", "scans and photographs of a copper mold that patinates"),

@@ -236,6 +236,12 @@ class Running(Case):
         self.assertEqual(self.refused(output="history", check=True)["argument"], "output")
         self.assertEqual((self.served / "history").stat().st_mtime, history)
 
+    def test_a_name_that_is_not_utf_8_is_said_to_be_so(self):
+        shutil.copytree(self.served / "photos", self.served / os.fsdecode(b"day\xff"))
+        name = next(name for name in self.server.get_json("/api/commands")["photographs"] if name.startswith("day"))
+        answer = self.refused("init", {"FOLDER": name}, check=True)
+        self.assertEqual((answer["argument"], "not UTF-8" in answer["error"]), ("FOLDER", True), answer)
+
     def test_from_photographs_to_a_picture_of_an_aged_mesh(self):
         for name in ("0000.png", "0001.png"):
             shutil.copy(self.served / "photos" / name, self.served)

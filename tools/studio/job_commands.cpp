@@ -20,6 +20,7 @@ constexpr std::size_t kMaxText = 4096, kMaxValues = 64;
 constexpr std::size_t kMaxProposed = 96;  ///< So that a number still fits behind it.
 constexpr std::string_view kLibrary = "library:";
 constexpr const char* kOutput = "output";
+constexpr std::string_view kReplacement = "\xEF\xBF\xBD";  ///< Stands in JSON for bytes that are not UTF-8.
 
 /// What was given for one argument.
 struct Given {
@@ -42,6 +43,9 @@ std::string checked_text(const ArgumentInfo& argument, const std::string& text) 
 std::string checked_path(const ServedFolder& folder, const ArgumentInfo& argument, const std::string& name,
                          bool may_be_library) {
   if (may_be_library && name.starts_with(kLibrary) && is_file_name(name.substr(kLibrary.size()))) return name;
+  if (name.find(kReplacement) != std::string::npos && !folder.find(name))
+    throw WrongArgument(argument.key(),
+                        "\"" + name + "\" is not UTF-8 on the disk, so no page can ask for it; rename it");
   if (name.starts_with(kLibrary) || !folder.find(name))
     throw WrongArgument(argument.key(), "there is no \"" + name + "\" in the folder that is served");
   return name.starts_with("-") ? "./" + name : name;

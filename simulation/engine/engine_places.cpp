@@ -72,6 +72,7 @@ void Simulation::State::move_objects(const Scene& changed) {
 void Simulation::State::enter_scaled_layers(std::span<const std::int64_t> before) {
   const std::vector<std::int64_t> after = layers->remaining();
   for (std::size_t i = 0; i < after.size(); ++i) layers->accounts()[i].start += after[i] - before[i];
+  rules->wake_everything();  // which remember weights of texels
 }
 
 void Simulation::State::renew_rules(const RunControl& control) {

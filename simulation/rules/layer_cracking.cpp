@@ -54,7 +54,9 @@ std::vector<TileIndex> LayerCracking::step(Finds finds, LayerTile& buffer, Mater
   for (const LayerTexel& at : finds.loosened) tiles.push_back(TileGrid::tile_of(at.texel));
   make_rising(tiles);
   for (const TileIndex tile : tiles) layers_->renew_tops(tile);
+  cells_.renew(tiles);
   const std::vector<LayerTexel> falling = cells_.falling(std::move(finds.loosened));
+  std::vector<TileIndex> dropped;
   for (std::size_t i = 0; i < falling.size();) {
     const TileIndex tile = TileGrid::tile_of(falling[i].texel);
     buffer.load(tile);
@@ -63,8 +65,10 @@ std::vector<TileIndex> LayerCracking::step(Finds finds, LayerTile& buffer, Mater
     bool is_opened = false;
     (void)buffer.store(*layers_, atlas, sums, is_opened);
     layers_->renew_tops(tile);
-    tiles.push_back(tile);
+    dropped.push_back(tile);
   }
+  cells_.renew(dropped);
+  tiles.insert(tiles.end(), dropped.begin(), dropped.end());
   add_around(layers_->surface().grid(), tiles);
   return tiles;
 }

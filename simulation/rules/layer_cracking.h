@@ -32,6 +32,9 @@ class LayerCracking {
   [[nodiscard]] std::vector<TileIndex> step(Finds finds, LayerTile& buffer, MaterialAtlas& atlas, LayerSums& sums,
                                             const RunControl& control);
 
+  /// After layers or texels' weights were changed in any other way.
+  void forget() { cells_.forget(); }
+
  private:
   LayerAtlas* layers_;
   CrackGrowth growth_;

@@ -56,6 +56,13 @@ LayerNames layer_names_of(const LayerAtlas& layers) {
 
 std::vector<TileIndex> tiles_at(TileIndex tile, const SurfaceAtlas& surface) {
   std::vector<TileIndex> tiles{tile};
+  if (surface.is_plain(tile)) {
+    const TileGrid& grid = surface.grid();
+    const TexelIndex first = tile * TileGrid::kTileTexels;
+    for (const auto& [dx, dy] : {std::array{-1, 0}, {kSide, 0}, {0, -1}, {0, kSide}})
+      tiles.push_back(TileGrid::tile_of(grid.index(grid.x(first) + dx, grid.y(first) + dy)));
+    return tiles;
+  }
   for (std::uint32_t i = 0; i < TileGrid::kTileTexels; ++i) {
     const TexelIndex t = tile * TileGrid::kTileTexels + i;
     if (!surface.is_covered(t)) continue;

@@ -411,6 +411,7 @@ void RuleEngine::step_on_device(std::int64_t iteration, DeviceArrays& arrays) {
 void RuleEngine::wake_everything() {
   if (!state_->awake.empty()) state_->awake = state_->facts.covered_tiles();
   state_->is_all_awake_there = true;
+  if (state_->cracking) state_->cracking->forget();
 }
 
 void RuleEngine::forget_there() { state_->on_device.reset(); }

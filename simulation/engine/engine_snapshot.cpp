@@ -4,6 +4,7 @@
 #include "patinate/core/error.h"
 #include "simulation/engine/byte_stream.h"
 #include "simulation/engine/engine_state.h"
+#include "simulation/rules/initial_layers.h"
 
 namespace patinate::simulation {
 
@@ -397,7 +398,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.move_objects(scene);  // before the ledger, which knows of it
   s.scene = std::move(scene);
   s.atlas = std::move(atlas);
-  if (layers) *s.layers = std::move(*layers);
+  if (layers) replace_layers(std::move(*layers), *s.layers);
   s.ledger = ledger;
   s.counters = counters;
   s.gammatons = std::move(gammatons);

@@ -21,6 +21,14 @@ std::string read_layer_name(const JsonReader& json, const std::vector<Layer>& ot
   return name;
 }
 
+CrackTension read_tension(JsonReader json) {
+  CrackTension tension;
+  if (json.has("along")) tension.along = read_direction(json.member("along"));
+  tension.ratio = json.member("ratio").number(between(0.1, 10));
+  json.finish();
+  return tension;
+}
+
 LayerCracks read_cracks(JsonReader json, const std::string& layer, const SceneContext& context, Scene& scene) {
   LayerCracks cracks;
   if (json.has("strength"))
@@ -28,6 +36,7 @@ LayerCracks read_cracks(JsonReader json, const std::string& layer, const SceneCo
         read_start_value(json.member("strength"), between(0, kMaxStrength), layer + "_strength", context, scene);
   if (json.has("relief")) cracks.relief = json.member("relief").number(between(0.1, 1000));
   if (json.has("shrinkage")) cracks.shrinkage = json.member("shrinkage").number(between(0, 0.5));
+  if (json.has("tension")) cracks.tension = read_tension(json.member("tension"));
   json.finish();
   return cracks;
 }

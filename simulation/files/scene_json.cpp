@@ -15,16 +15,12 @@
 
 namespace patinate::simulation {
 
-namespace {
-
 Vec3 read_direction(const JsonReader& json) {
   const std::vector<double> numbers = json.numbers(3);
   const Vec3 v(numbers[0], numbers[1], numbers[2]);
   if (!(v.norm() > 0.0 && std::isfinite(v.norm()))) json.fail("a direction, not [0, 0, 0] and not beyond all numbers");
   return v.normalized();
 }
-
-}  // namespace
 
 int material_index(const JsonReader& json, const std::string& name, const std::vector<std::string>& materials) {
   const auto found = std::find(materials.begin(), materials.end(), name);

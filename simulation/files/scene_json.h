@@ -28,6 +28,8 @@ struct SceneContext {
   std::function<void(const std::string& role, const std::filesystem::path& path)> add_input;
 };
 
+/// [x, y, z] of any length but 0. @returns it as a unit vector.
+[[nodiscard]] Vec3 read_direction(const JsonReader& json);
 /// Index of a material. @throws IoError with a did-you-mean.
 [[nodiscard]] int material_index(const JsonReader& json, const std::string& name,
                                  const std::vector<std::string>& materials);

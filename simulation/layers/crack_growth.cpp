@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "libcommon/core/parallel.h"
@@ -47,10 +48,13 @@ struct CrackGrowth::Begin {
 
 CrackGrowth::CrackGrowth(LayerAtlas& layers, std::uint64_t seed) : layers_(&layers), seed_(seed) {
   weak_.resize(layers.num_layers());
+  pull_.fill(1.0);
   const std::uint32_t num_texels = layers.surface().grid().num_texels();
   for (int object = 0; object < layers.num_objects(); ++object) {
     for (int l = 1; l < layers.num_layers(object); ++l) {
-      if (layers.cracks(object, l)) weak_[l].resize(num_texels);
+      const std::optional<LayerCracks>& cracks = layers.cracks(object, l);
+      if (cracks) weak_[l].resize(num_texels);
+      if (cracks && cracks->tension) pull_[l] = std::max(pull_[l], cracks->tension->ratio);
     }
   }
   for (int l = 1; l < layers.num_layers(); ++l) {
@@ -79,7 +83,7 @@ void CrackGrowth::find_seeds(TileIndex tile, std::vector<LayerTexel>& out) const
     const std::span<const std::uint16_t> next = layers_->next_look().tile(l, tile);
     for (std::uint32_t i = 0; i < TileGrid::kTileTexels; ++i) {
       if (weak_[l][first + i] == 0 || stress[i] == 0 || (!next.empty() && stress[i] < next[i])) continue;
-      if (stress[i] > strength_at(l, first + i) && !layers_->is_open(l, first + i))
+      if (pull_[l] * stress[i] > strength_at(l, first + i) && !layers_->is_open(l, first + i))
         out.push_back({.texel = first + i, .layer = static_cast<std::uint32_t>(l)});
     }
   }
@@ -99,7 +103,7 @@ CrackGrowth::Begin CrackGrowth::begin_at(const LayerTexel& seed) const {
   // The less the tensions along the axes differ, the more does chance decide.
   const SineCosine turn = portable_sine_cosine(random_at(layer, seed.texel, kBeginPurpose));
   const SurfaceVector random{static_cast<float>(turn.cosine), static_cast<float>(turn.sine)};
-  const float sure = relief.most - relief.least;
+  const float sure = std::min(1.0F, relief.most - relief.least);
   const float sign = relief.across[0] * random[0] + relief.across[1] * random[1] < 0.0F ? -1.0F : 1.0F;
   return {.ratio = ratio,
           .next_look = static_cast<std::uint16_t>(std::min<double>(needed, kMaxAmount)),

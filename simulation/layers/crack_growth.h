@@ -2,6 +2,7 @@
 /// Cracks of layers: where they begin, and how they grow (docs/algorithms/layer_cracks.md).
 #pragma once
 
+#include <array>
 #include <compare>
 #include <cstdint>
 #include <span>
@@ -51,6 +52,7 @@ class CrackGrowth {
   LayerAtlas* layers_;
   std::uint64_t seed_;
   std::vector<std::vector<std::uint8_t>> weak_;  ///< By layer, then texel: 0 = no weak place, else its strength.
+  std::array<double, kMaxLayers> pull_{};  ///< By layer: the largest tension along some axis, in parts of the stress.
   std::vector<TileIndex> changed_;
 };
 

@@ -154,6 +154,49 @@ double crack_width_mm(const LayerAtlas& layers, int layer, TexelIndex texel) {
          thickness_mm(layers, layer, texel);
 }
 
+namespace {
+
+/// What is left of a stress that is another one along an axis, by its tensor T = I + (ratio - 1) axis axis^T, in place
+/// of I. With D = what is left of I it is sqrt(D) T sqrt(D): where the axis is one of D's, the product along each.
+Relief with_tension(const Relief& relief, const SurfaceVector& axis, float ratio) {
+  const SurfaceVector& one = relief.across;
+  const SurfaceVector other{-one[1], one[0]};
+  const float left_one = std::max(0.0F, 1.0F - relief.most), left_other = std::max(0.0F, 1.0F - relief.least);
+  const float along_one = dot(axis, one), along_other = dot(axis, other), more = ratio - 1.0F;
+  const float m11 = left_one * (1.0F + more * along_one * along_one);
+  const float m22 = left_other * (1.0F + more * along_other * along_other);
+  const float m12 = std::sqrt(left_one * left_other) * more * along_one * along_other;
+  const float mean = 0.5F * (m11 + m22), half = 0.5F * (m11 - m22), radius = std::sqrt(half * half + m12 * m12);
+  Relief out{.across = one, .most = 1.0F - (mean - radius), .least = 1.0F - (mean + radius), .nearest = relief.nearest};
+  // The axis of the least: of two rows that say the same the one that is not nearly 0.
+  const SurfaceVector least = half < 0.0F ? SurfaceVector{radius - half, -m12} : SurfaceVector{-m12, radius + half};
+  const float length = std::sqrt(dot(least, least));
+  constexpr float kLeast = 1e-6F;
+  if (length > kLeast)
+    out.across = {(least[0] * one[0] + least[1] * other[0]) / length,
+                  (least[0] * one[1] + least[1] * other[1]) / length};
+  return out;
+}
+
+/// As cracks and edges leave it of a stress that is alike in all directions.
+Relief even_relief(std::span<const End> ends) {
+  if (ends.empty()) return {};
+  const End& first =
+      *std::max_element(ends.begin(), ends.end(), [](const End& a, const End& b) { return a.share < b.share; });
+  const SurfaceVector other{-first.normal[1], first.normal[0]};
+  Relief relief{.across = first.normal,
+                .most = share_along(first.normal, ends),
+                .least = share_along(other, ends),
+                .nearest = first.share};
+  if (relief.least > relief.most) {
+    relief.across = other;
+    std::swap(relief.most, relief.least);
+  }
+  return relief;
+}
+
+}  // namespace
+
 Relief relief_at(const LayerAtlas& layers, int layer, TexelIndex texel, std::array<float, 2> place, double length_mm,
                  const SurfaceVector* ahead) {
   static const Rays rays = ray_directions();
@@ -170,20 +213,11 @@ Relief relief_at(const LayerAtlas& layers, int layer, TexelIndex texel, std::arr
   for (std::size_t i = 0; i < kRays; ++i) {
     if (distances[i] >= 0.0F) ends[num_ends++] = end_of(i, rays, distances, length_mm);
   }
-  if (num_ends == 0) return {};
-  const std::span<const End> all = std::span<const End>(ends).first(num_ends);
-  const End& first =
-      *std::max_element(all.begin(), all.end(), [](const End& a, const End& b) { return a.share < b.share; });
-  const SurfaceVector other{-first.normal[1], first.normal[0]};
-  Relief relief{.across = first.normal,
-                .most = share_along(first.normal, all),
-                .least = share_along(other, all),
-                .nearest = first.share};
-  if (relief.least > relief.most) {
-    relief.across = other;
-    std::swap(relief.most, relief.least);
-  }
-  return relief;
+  const Relief relief = even_relief(std::span<const End>(ends).first(num_ends));
+  const std::optional<CrackTension>& tension = cracks_of(layers, layer, texel).tension;
+  if (!tension) return relief;
+  return with_tension(relief, layers.tension_axes(layer)[layers.surface().triangle(texel)],
+                      static_cast<float>(tension->ratio));
 }
 
 }  // namespace patinate::simulation

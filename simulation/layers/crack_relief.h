@@ -9,7 +9,8 @@
 
 namespace patinate::simulation {
 
-/// Shares of the stress that are gone at a place, along two axes at right angles.
+/// Shares of the stress that are gone at a place, along two axes at right angles: less than 0 along one in which the
+/// tension is larger than the stress (LayerCracks::tension).
 struct Relief {
   SurfaceVector across{1.0F, 0.0F};  ///< Unit: the axis along which most is gone; a crack runs along it.
   float most = 0.0F;                 ///< Along that axis,

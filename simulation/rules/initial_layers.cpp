@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <string_view>
+#include <utility>
 
 #include "simulation/rules/start_values.h"
+#include "simulation/rules/tension_axes.h"
 
 namespace patinate::simulation {
 
@@ -93,8 +95,15 @@ void lay_initial_layers(const Scene& scene, const SceneMesh& scene_mesh, LayerAt
         }
       },
       control);
+  lay_tension_axes(scene, scene_mesh, layers);
   layers.renew_tops(control);
   layers.begin_accounts(control);
+}
+
+void replace_layers(LayerAtlas&& restored, LayerAtlas& layers) {
+  restored.strength() = std::move(layers.strength());
+  for (int l = 1; l < layers.num_layers(); ++l) restored.tension_axes(l) = std::move(layers.tension_axes(l));
+  layers = std::move(restored);
 }
 
 }  // namespace patinate::simulation

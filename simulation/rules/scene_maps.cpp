@@ -85,17 +85,6 @@ std::int64_t seed_of(const std::string& name, std::int64_t seed) {
   return static_cast<std::int64_t>((hash ^ static_cast<std::uint64_t>(seed)) >> 1);
 }
 
-/// The objects in their own coordinates, as large as they are: what is made of these stays with an object wherever that
-/// stands.
-SceneMesh in_own_places(const Scene& scene, const SceneMesh& scene_mesh) {
-  Scene own;
-  own.objects = scene.objects;
-  for (SceneObject& object : own.objects) object.translate_mm = object.rotate_deg = Vec3::Zero();
-  SceneMesh there = scene_mesh;
-  place_objects(there, own);
-  return there;
-}
-
 /// Places of a tile, by object, at which noise is asked for at once.
 struct NoisePlaces {
   std::array<Vec3, TileGrid::kTileTexels> position;
@@ -208,6 +197,15 @@ class MapMaker {
 };
 
 }  // namespace
+
+SceneMesh in_own_places(const Scene& scene, const SceneMesh& scene_mesh) {
+  Scene own;
+  own.objects = scene.objects;
+  for (SceneObject& object : own.objects) object.translate_mm = object.rotate_deg = Vec3::Zero();
+  SceneMesh there = scene_mesh;
+  place_objects(there, own);
+  return there;
+}
 
 std::vector<std::string> map_names(const Scene& scene) {
   std::vector<std::string> names;

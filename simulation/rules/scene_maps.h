@@ -16,6 +16,10 @@ namespace patinate::simulation {
 /// Names of the scene's own maps.
 [[nodiscard]] std::vector<std::string> map_names(const Scene& scene);
 
+/// The objects in their own coordinates, as large as they are: what is made of these stays with an object wherever that
+/// stands.
+[[nodiscard]] SceneMesh in_own_places(const Scene& scene, const SceneMesh& scene_mesh);
+
 /// For each name the scene's map, "slope", or the built-in map.
 /// @param names  Of these only. @param scene_mesh  Of the scene, its objects where the maps are to be made of them.
 /// @throws InvalidInput naming the map that cannot be made; IoError for a file that one of them reads.

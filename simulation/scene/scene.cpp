@@ -108,6 +108,13 @@ void check_objects(const Scene& scene) {
 /// Names that a layer takes from materials and maps, since drivers mean it by them.
 constexpr std::array<std::string_view, 6> kNamesOfLayers{"thickness", "depth", "adhesion", "edge", "stress", "crack"};
 
+void check_tension(const std::string& what, const CrackTension& tension) {
+  constexpr double kRounding = 1e-6;
+  check_range("the ratio of " + what, tension.ratio, 0.1, 10.0);
+  if (tension.along)
+    check_range("the length of the direction of " + what, tension.along->norm(), 1.0 - kRounding, 1.0 + kRounding);
+}
+
 void check_layers(const Scene& scene) {
   for (const SceneObject& object : scene.objects) {
     const std::string of = " of object '" + object.name + "'";
@@ -126,6 +133,8 @@ void check_layers(const Scene& scene) {
       if (!layer.cracks) continue;
       check_range("the relief of layer '" + layer.name + "'" + of, layer.cracks->relief, 0.1, 1000.0);
       check_range("the shrinkage of layer '" + layer.name + "'" + of, layer.cracks->shrinkage, 0.0, 0.5);
+      if (layer.cracks->tension)
+        check_tension("the tension of layer '" + layer.name + "'" + of, *layer.cracks->tension);
     }
   }
   if (!has_layers(scene)) return;

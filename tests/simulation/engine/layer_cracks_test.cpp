@@ -118,6 +118,60 @@ TEST(LayerCracks, LieAsFarApartAsThicknessAndStressSay) {
   }
 }
 
+/// Mean distance between cracks along rows (dx = 1) or columns of the plate.
+double spacing_mm(const ImageU8& cracks, int dx) {
+  int num = 0;
+  for (int y = 1; y < cracks.height(); ++y) {
+    for (int x = 1; x < cracks.width(); ++x)
+      num += cracks.at(x, y) != 0 && cracks.at(x - dx, y - (1 - dx)) == 0 ? 1 : 0;
+  }
+  return kSideMm * cracks.width() / num;
+}
+
+TEST(LayerCracks, LieAlongEachAxisAsFarApartAsItsTensionSays) {
+  // Stress 3 across the plate's x axis, and 1.5 along it, as boards have it. Cracks of one direction that wander count
+  // for the other, too, and for both by the same share: what the law says is how the two compare, and the cells' area.
+  constexpr double kStress = 3.0, kRatio = 0.5, kLengthMm = 2.4;
+  const auto mean_mm = [&](double s) { return kLengthMm * std::acosh(s / (s - 1.0)) / std::log(2.0); };
+  Scene scene = drying_plate(512, kLengthMm, kStress);
+  scene.objects[0].layers[kFilm].cracks->tension = CrackTension{.along = Vec3::UnitX(), .ratio = kRatio};
+  Simulation simulation(scene);
+  run_iterations(simulation, kDrying);
+  const ImageU8 cracks = cracks_of(simulation);
+  const double across = mean_mm(kStress), along = mean_mm(kStress * kRatio);
+  EXPECT_NEAR(spacing_mm(cracks, 1) / spacing_mm(cracks, 0), along / across, 0.1 * along / across);
+  EXPECT_NEAR(cell_mm(simulation), std::sqrt(across * along), 0.1 * std::sqrt(across * along));
+}
+
+TEST(LayerCracks, RunAcrossWhereTensionAlongIsLarger) {
+  // Stress 0.9 alone never exceeds the strength; along it is 1.8.
+  Scene scene = drying_plate(256, 4.0, 0.9);
+  scene.objects[0].layers[kFilm].cracks->tension = CrackTension{.along = Vec3::UnitX(), .ratio = 2.0};
+  Simulation simulation(scene);
+  run_iterations(simulation, kDrying);
+  const ImageU8 cracks = cracks_of(simulation);
+  EXPECT_GT(spacing_mm(cracks, 0), 4.0 * spacing_mm(cracks, 1));
+}
+
+TEST(LayerCracks, HaveTensionAlongBoardsWhereverTheyStand) {
+  // The plate as one board in 36 charts that are turned by angles of their own; its longest side is the first, x.
+  Scene scene = drying_plate(256, 4.0);
+  scene.objects[0].mesh = testing_support::quilt_plane(kSideMm, 6);
+  scene.objects[0].rotate_deg = Vec3(-60.0, 0.0, 30.0);
+  scene.objects[0].layers[kFilm].cracks->tension = CrackTension{.along = {}, .ratio = 0.5};
+  const Simulation simulation(scene);
+  const SurfaceAtlas& surface = simulation.atlas().surface();
+  const Vec3 along(std::sqrt(0.75), 0.5, 0.0);
+  const auto& axes = simulation.layers()->tension_axes(kFilm);
+  ASSERT_EQ(static_cast<int>(axes.size()), surface.num_triangles());
+  for (int t = 0; t < surface.num_triangles(); ++t) {
+    const Eigen::Matrix<double, 3, 2> steps = surface.mm_per_texel(t).cast<double>();
+    const Vec3 row = steps.col(0).normalized(), column = (steps.col(1) - steps.col(1).dot(row) * row).normalized();
+    constexpr double kFloat = 1e-5;
+    EXPECT_LT((double{axes[t][0]} * row + double{axes[t][1]} * column - along).norm(), kFloat) << t;
+  }
+}
+
 TEST(LayerCracks, CloseAsManyCellsAsSyntheticCrackle) {
   const datasets::CrackleOptions options{.width = 512, .height = 512};
   const datasets::CrackleDataset data = datasets::crackle(options);
@@ -178,6 +232,18 @@ TEST(LayerCracks, GoOnFromASnapshotAsIfNothingHadHappened) {
     run_iterations(second, kDrying - first_part);
     EXPECT_TRUE(second.snapshot() == whole.snapshot()) << first_part;
   }
+}
+
+TEST(LayerCracks, KeepTheirStrengthAndDirectionsInASnapshot) {
+  Scene scene = peeling_plate();
+  scene.objects[0].layers[kFilm].cracks->strength = "0.7 + 0.6*noise";
+  scene.objects[0].layers[kFilm].cracks->tension = CrackTension{.along = {}, .ratio = 0.5};
+  Simulation whole(scene), first(scene), second(scene);
+  run_iterations(whole, kDrying);
+  run_iterations(first, kDrying / 2);
+  second.restore(first.snapshot());
+  run_iterations(second, kDrying / 2);
+  EXPECT_TRUE(second.snapshot() == whole.snapshot());
 }
 
 TEST(LayerCracks, CutOffWhatFallsAndTheBooksBalance) {
@@ -286,6 +352,11 @@ TEST(LayerCracks, ThatCannotBeAreRefusedInOneLine) {
   const auto map = says([](Scene& s) { s.objects[0].layers[kFilm].cracks->strength = "1 + wornn"; });
   EXPECT_TRUE(has(map, "cracks/strength of layer 'paint' of object 'plate'")) << map;
   const auto relief = says([](Scene& s) { s.objects[0].layers[kFilm].cracks->relief = 0.0; });
+  const auto ratio = says([](Scene& s) { s.objects[0].layers[kFilm].cracks->tension = CrackTension{.ratio = 0.0}; });
+  EXPECT_TRUE(has(ratio, "the ratio of the tension of layer 'paint' of object 'plate' is 0; use [0.1, 10]")) << ratio;
+  const auto along =
+      says([](Scene& s) { s.objects[0].layers[kFilm].cracks->tension = CrackTension{.along = Vec3(1.0, 1.0, 0.0)}; });
+  EXPECT_TRUE(has(along, "the length of the direction of the tension of layer 'paint' of object 'plate'")) << along;
   EXPECT_TRUE(has(relief, "the relief of layer 'paint' of object 'plate' is 0; use [0.1, 1000]")) << relief;
 }
 

@@ -108,6 +108,11 @@ TEST(LayersJson, SaysWhereAndWhatIsWrong) {
   expect(with(layers + "/0/thickness_um", 3), layers + "/0/thickness_um", "the first layer is the substrate");
   expect(with(layers + "/0/cracks", Json::object()), layers + "/0/cracks", "the first layer is the substrate");
   expect(with(layers + "/1/cracks", {{"relief", 0}}), layers + "/1/cracks/relief", "0");
+  const std::string tension = layers + "/1/cracks/tension";
+  expect(with(layers + "/1/cracks", {{"tension", {{"ratio", 20}}}}), tension + "/ratio", "20");
+  expect(with(layers + "/1/cracks", {{"tension", Json::object()}}), tension, "ratio");
+  expect(with(layers + "/1/cracks", {{"tension", {{"ratio", 2}, {"along", {0, 0, 0}}}}}), tension + "/along",
+         "a direction, not [0, 0, 0]");
   expect(with(layers + "/1/cracks", {{"strenght", 1}}), layers + "/1/cracks", "strenght");
   expect(with(layers + "/1/cracks", {{"strength", "1 + wornn"}}), layers + "/1", "unknown map `wornn`");
   expect(with("/rules/0/products", {{"stress", 1}}), "painted.json", "no layer has \"cracks\"");
@@ -133,12 +138,18 @@ TEST(LayersJson, HaveCracksWithDefaults) {
   Json json = painted_scene();
   Json& layers = json["presets"]["painted_steel"]["layers"];
   layers[1]["cracks"] = Json::object();
-  layers[2]["cracks"] = {{"strength", "0.5 + accessibility"}, {"relief", 20}, {"shrinkage", 0.1}};
+  layers[2]["cracks"] = {{"strength", "0.5 + accessibility"},
+                         {"relief", 20},
+                         {"shrinkage", 0.1},
+                         {"tension", {{"along", {0, 2, 0}}, {"ratio", 0.4}}}};
   json["rules"][0]["products"] = {{"stress", 0.5}};
   const Scene scene = read_painted(json);
   EXPECT_FALSE(scene.objects[0].layers[0].cracks);
   EXPECT_EQ(scene.objects[0].layers[1].cracks->strength, "1");
   EXPECT_EQ(scene.objects[0].layers[1].cracks->relief, LayerCracks{}.relief);
+  EXPECT_FALSE(scene.objects[0].layers[1].cracks->tension);
+  EXPECT_EQ(scene.objects[0].layers[2].cracks->tension->along, Vec3::UnitY());
+  EXPECT_EQ(scene.objects[0].layers[2].cracks->tension->ratio, 0.4);
   EXPECT_EQ(scene.objects[0].layers[2].cracks->strength, "0.5 + accessibility");
   EXPECT_EQ(scene.objects[0].layers[2].cracks->relief, 20.0);
   EXPECT_EQ(scene.objects[0].layers[2].cracks->shrinkage, 0.1);

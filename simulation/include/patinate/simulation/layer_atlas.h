@@ -89,6 +89,10 @@ class LayerAtlas {
   [[nodiscard]] const MaterialAtlas& crack() const { return crack_; }
   [[nodiscard]] MaterialAtlas& crack() { return crack_; }
   void add_crack(int layer, TexelIndex texel);
+  /// CrackTension::along by triangle, along its row of texels and at right angles to it: as long as the unit vector's
+  /// projection to the surface. Empty where no object's layer of that number has a direction (lay_initial_layers()).
+  [[nodiscard]] const std::vector<std::array<float, 2>>& tension_axes(int layer) const { return tension_axes_[layer]; }
+  [[nodiscard]] std::vector<std::array<float, 2>>& tension_axes(int layer) { return tension_axes_[layer]; }
   /// Whether a layer ends at a texel, by a crack of its own or because it is gone.
   [[nodiscard]] bool is_open(int layer, TexelIndex texel) const {
     return tops_[texel] < layer || (cracked_[texel] >> layer & 1) != 0;
@@ -146,6 +150,7 @@ class LayerAtlas {
   MaterialAtlas strength_;
   MaterialAtlas next_look_;
   MaterialAtlas crack_;
+  std::array<std::vector<std::array<float, 2>>, kMaxLayers> tension_axes_;
   std::vector<CrackTip> tips_;
   std::vector<std::uint8_t> tops_;
   std::vector<std::uint8_t> cracked_;

@@ -84,12 +84,20 @@ struct Preset {
   double metalness = 0.0;  ///< [0, 1]: 1 where the color is that of bare metal. For pictures; nothing ages by it.
 };
 
+/// A direction along which a layer is under another tension than at right angles to it, as paint on wood is.
+struct CrackTension {
+  /// Unit, in the object's own coordinates; none: the longest side of each board (Board).
+  std::optional<Vec3> along{};
+  double ratio = 1.0;  ///< The tension along it, in parts of the stress, which is that across; [0.1, 10].
+};
+
 /// How a layer cracks under the stress that rules make (docs/algorithms/layer_cracks.md).
 struct LayerCracks {
   /// Stress at which it cracks: an expression as Layer::thickness_um has it, cut to [0, kMaxStrength].
   std::string strength{"1"};
   double relief = 5.0;      ///< A crack relieves the stress beside it over so many thicknesses; [0.1, 1000].
   double shrinkage = 0.02;  ///< Strain that stress 1 stands for, by which cracks open; [0, 0.5].
+  std::optional<CrackTension> tension{};  ///< None: alike in all directions.
 };
 
 /// A coat of an object, or its substrate (docs/algorithms/layers.md).

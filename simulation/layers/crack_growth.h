@@ -20,7 +20,7 @@ struct LayerTexel {
   friend auto operator<=>(const LayerTexel&, const LayerTexel&) = default;
 };
 
-/// Grows the cracks of a LayerAtlas. One texel in eight is a weak place, with a strength of its own. A crack begins at
+/// Grows the cracks of a LayerAtlas. One texel in four is a weak place, with a strength of its own. A crack begins at
 /// one where the stress that other cracks leave exceeds its strength. Its two tips run at right angles to the largest
 /// tension, a relief length an iteration, until they meet a crack or an edge. It keeps no state of its own:
 /// a run may be resumed with another of these.

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -154,6 +155,15 @@ BROKEN = {
 
 
 class Schemas(unittest.TestCase):
+    def test_the_scenes_of_the_manual_are_scenes(self):
+        check = validator("scene")
+        files = [f for f in sorted((SCHEMAS.parent / "examples/scenes").rglob("*.json")) if '"patinate.scene"' in f.read_text()]
+        self.assertGreater(len(files), 10)
+        for file in files:
+            with self.subTest(scene=file.name):
+                document = json.loads(re.sub(r"^\s*//.*$", "", file.read_text(), flags=re.MULTILINE))
+                self.assertEqual([(list(e.path), e.message) for e in check.iter_errors(document)], [])
+
     def test_info_and_validate_know_what_is_written(self):
         for name in ("history", "library", "transfer", "unlit", "calibration", "registration", "compare", "evaluation", "replicates", "explanation", "factorization", "simulation", "fit"):
             path = WORK / FILES[name]

@@ -2,7 +2,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
-#include "capture/project/draft_project.h"
+#include "capture/project/found_images.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/job/result_folder.h"
 #include "patinate/core/error.h"

@@ -123,10 +123,10 @@ std::vector<std::string> warnings_of(const TransferForecast& f) {
   std::vector<std::string> warnings;
   const double usable = static_cast<double>(f.num_usable) / static_cast<double>(f.num_pixels);
   if (usable < kSmallShare) {
-    warnings.push_back("only " + percent_text(usable, 2) + " of the history can be copied (" +
-                       std::to_string(f.num_usable) + " of " + std::to_string(f.num_pixels) +
-                       " pixels are inside the mask, " + std::to_string(f.num_whole) +
-                       " of them with their whole neighborhood); use a larger mask");
+    warnings.push_back(
+        "only " + percent_text(usable, 2) + " of the history can be copied (" + std::to_string(f.num_usable) + " of " +
+        std::to_string(f.num_pixels) + " pixels are inside the mask, " + std::to_string(f.num_whole) +
+        " of them with their whole neighborhood); use a larger mask, or photographs that show the object larger");
   }
   if (usable >= kSmallShare && f.num_whole < kFewWindows * f.window_px * f.window_px) {
     const std::string side = std::to_string(f.window_px);

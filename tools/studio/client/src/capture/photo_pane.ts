@@ -51,6 +51,7 @@ export class PhotoPane {
   private left = 0;   ///< Of the photograph's edge, in the stage.
   private top = 0;
   private is_fit = true;
+  private laid_out = [0, 0];  ///< Size of the stage when it was last looked at.
   private region: Region = [0, 0, 1, 1];  ///< What fit() shows.
 
   constructor(private readonly place: string, name: string, head: HTMLElement, private readonly events: PaneEvents) {
@@ -109,7 +110,8 @@ export class PhotoPane {
   }
 
   get is_loaded(): boolean {
-    return this.photo !== undefined && this.image.complete && this.image.naturalWidth > 0 && !this.image.hidden;
+    const is_laid_out = this.laid_out[0] === this.stage.clientWidth && this.laid_out[1] === this.stage.clientHeight;
+    return is_laid_out && this.photo !== undefined && this.image.complete && this.image.naturalWidth > 0 && !this.image.hidden;
   }
 
   /// Where a place of the photograph is on the page.
@@ -124,6 +126,7 @@ export class PhotoPane {
   }
 
   private resized(): void {
+    this.laid_out = [this.stage.clientWidth, this.stage.clientHeight];
     if (this.is_fit) this.fit();
   }
 

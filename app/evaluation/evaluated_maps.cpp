@@ -103,8 +103,9 @@ ImageF read_nnf(const fs::path& file, int width, int height) {
   const std::string bytes = read_file(file);
   const std::size_t expected = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 8;
   if (bytes.size() != expected) {
-    throw IoError(file.string(), "has " + std::to_string(bytes.size()) + " bytes; " + size_text(width, height) +
-                                     " pairs of int32 are " + std::to_string(expected));
+    throw IoError(file.string(), "has " + std::to_string(bytes.size()) + " bytes; expected " +
+                                     std::to_string(expected) + ": a pair of int32 for each of " +
+                                     size_text(width, height) + " texels");
   }
   static_assert(std::endian::native == std::endian::little);
   std::vector<std::int32_t> values(bytes.size() / 4);

@@ -111,7 +111,7 @@ std::vector<std::vector<ShadedSample>> surface_samples(const Camera& camera, con
 /// A square of a plane as two triangles. @param normal  Of any length > 0.
 Mesh plane_mesh(const Vec3& middle, const Vec3& normal, double side) {
   if (!(normal.norm() > 0) || !normal.allFinite() || !(side > 0))
-    throw InvalidInput("a plane needs a normal of a length above 0");
+    throw InvalidInput("the normal of a plane must be longer than 0");
   const Vec3 n = normal.normalized(), u = n.unitOrthogonal(), v = n.cross(u);
   Mesh mesh;
   for (const auto& [a, b] : {std::pair(-0.5, -0.5), std::pair(0.5, -0.5), std::pair(0.5, 0.5), std::pair(-0.5, 0.5)}) {

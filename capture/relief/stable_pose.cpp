@@ -128,8 +128,8 @@ double inner_scale(std::vector<double> sizes) {
 
 StablePose find_stable_pose(std::span<const HeightDifference> differences, double size, std::uint64_t seed) {
   if (differences.size() < kFewestPlaces)
-    throw InvalidInput("a scan's place needs " + std::to_string(kFewestPlaces) +
-                       " places of unchanged surface; found " + std::to_string(differences.size()));
+    throw InvalidInput("placing a scan needs at least " + std::to_string(kFewestPlaces) +
+                       " points on unchanged surface; found " + std::to_string(differences.size()));
   StablePose pose;
   const System system = constrained_system(differences, size);
   const Eigen::Index n = system.rows.rows(), dofs = system.rows.cols();

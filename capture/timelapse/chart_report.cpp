@@ -109,7 +109,7 @@ std::vector<HistoryWarning> chart_warnings(const Json& chart) {
                                 std::to_string(chart.at("photos").size()) + " photographs (" +
                                 photo_list(interpolated) + ") is interpolated: " + interpolated.front() + " " +
                                 first_problem,
-                        .cure = "leave them out (`exclude`) where their light may have differed",
+                        .cure = "leave them out (`exclude`) if they may have been taken in another light",
                         .share = static_cast<double>(interpolated.size()) / count,
                         .photos = interpolated});
   const Fitting fit = fitting(chart);

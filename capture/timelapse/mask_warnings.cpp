@@ -27,7 +27,7 @@ std::vector<HistoryWarning> mask_warnings(const ImageU8& given, const ImageU8& r
                         "filled from others: they are outside the mask";
   return {{.about = WarningSubject::Mask,
            .text = fixed_percent_text(share) + what,
-           .cure = "--highlights keep keeps them, a smaller --highlight-width finds fewer",
+           .cure = "use `--highlights keep`, or a smaller --highlight-width",
            .share = share}};
 }
 

@@ -57,11 +57,10 @@ void describe(OptionVisitor& v, RepairOptions& o) {
   v.visit({"stabilize", "Lay moved photographs over the first one"}, o.stabilize);
   v.visit({"deflicker", "Remove changes of exposure between photographs; keep slow brightening and darkening"},
           o.deflicker);
-  v.visit(
-      {"flat_field",
-       "Divide by uneven light: IMAGE of a uniform surface under it, `estimate`, or `first` where the first photograph "
-       "shows a new, uniform surface"},
-      o.flat_field);
+  v.visit({"flat_field",
+           "Divide out uneven light: IMAGE shows a uniform surface in the same light; `estimate` uses all photographs; "
+           "`first` uses the first one, if it shows a new, uniform surface"},
+          o.flat_field);
   v.visit_choice({"highlights", "Saturated pixels and the flash's highlight: mask or keep them"}, o.highlights,
                  kHighlightNames);
   v.visit_choice({"static_light",

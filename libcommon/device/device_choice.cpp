@@ -7,10 +7,11 @@
 namespace patinate::device {
 
 void describe(OptionVisitor& v, DeviceOptions& o) {
-  v.visit({"device",
-           "Device for calculations: auto (a GPU for fast transfers and simulations if it gives the CPU's bytes, else "
-           "the CPU), cpu, gpu, or part of a name from `patinate help devices`; results do not depend on it"},
-          o.device);
+  v.visit(
+      {"device",
+       "Device for calculations: auto, cpu, gpu, or part of a name from `patinate help devices`; auto uses a GPU for "
+       "fast transfers and simulations if it gives the same bytes as the CPU; results do not depend on the device"},
+      o.device);
 }
 
 std::string label(const DeviceInfo& info) { return info.name + " (" + info.platform + ")"; }

@@ -87,7 +87,8 @@ bool apply(const RuleEvent& event, Scene& scene) {
   if (!rule && !change.begins) throw InvalidInput("the scene has no rule called '" + event.rule + "'");
   if (!rule) {
     if (rules.size() >= kMaxRules)
-      throw InvalidInput("the scene has " + std::to_string(rules.size()) + " rules; more cannot come to it");
+      throw InvalidInput("the scene has " + std::to_string(rules.size()) +
+                         " rules, the most that it may have; no rule can be added");
     rules.push_back(*change.begins);
     return false;
   }

@@ -91,7 +91,7 @@ void Simulation::paint(const std::string& emitter, const Vec3& position_mm, cons
   State& s = *state_;
   const std::size_t k = s.brush_index(emitter);
   s.change_on_host(control);
-  if (!position_mm.allFinite()) throw InvalidInput("a brush cannot paint at a place that is no number");
+  if (!position_mm.allFinite()) throw InvalidInput("the position of a brush must be finite");
   s.scene.emitters[k].position_mm = position_mm;
   const SwitchedOn on(s.scene.emitters[k]);
   const GammatonRange moving = gammatons_of(s.scene, k, s.num_paint_steps);

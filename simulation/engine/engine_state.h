@@ -45,7 +45,7 @@ struct Simulation::State {
   /// Normals that the next response reflects about; nullptr: the mesh's.
   [[nodiscard]] std::unique_ptr<SurfaceNormals> bounce_normals(const RunControl& control);
   [[nodiscard]] std::vector<TileIndex> dirty_since(std::int64_t since) const;
-  /// Gives emitters that follow the weather what it is in the next iteration: nothing of it needs to be kept.
+  /// Sets emitters that follow the weather to the weather of the next iteration. A snapshot need not hold this.
   void apply_weather();
   [[nodiscard]] std::unique_ptr<RuleEngine> make_rules(const RunControl& control) const;
   /// Takes over where objects stand in `changed`, and how large they are there. Amounts stay what they are: the mass

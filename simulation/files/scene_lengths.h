@@ -10,7 +10,7 @@ namespace patinate::simulation {
 
 inline constexpr double kFarthest_mm = 1e9;  ///< Limit of a coordinate or length: 1000 km.
 
-/// Lengths in a unit, [0, kFarthest_mm] and (0, kFarthest_mm].
+/// Ranges of lengths in a unit of `mm_per_unit`: [0, kFarthest_mm] and (0, kFarthest_mm].
 [[nodiscard]] Range up_to_farthest(double mm_per_unit);
 [[nodiscard]] Range above_0_up_to_farthest(double mm_per_unit);
 /// @returns position_mm. @throws IoError where it is farther than kFarthest_mm. @param json  Where it stands.

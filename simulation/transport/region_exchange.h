@@ -61,7 +61,7 @@ class ShareTable {
       put(find(weight, stencil.parts[k].share), num, stencil.lane_of[k], found.values.data());
     return found.values.data();
   }
-  /// Shares of one lane of `num`, laid out as even() has them.
+  /// Writes the shares of one of `num` lanes to `out`, in the layout of even().
   void put(const TransferShares* shares, std::size_t num, std::size_t lane, double* out) const {
     for (std::size_t a = 0; a < active_.size(); ++a) {
       out[2 * a * num + lane] = shares[a].up;

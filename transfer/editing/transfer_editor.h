@@ -49,7 +49,7 @@ class TransferEditor {
   [[nodiscard]] std::size_t num_undoable() const { return num_applied_ - num_forgotten_; }
   [[nodiscard]] std::size_t num_redoable() const;
 
-  /// Those that are applied, the folder's own first.
+  /// The edits that are applied. Those that the folder had come first.
   [[nodiscard]] TransferEdits edits() const;
   /// Of the history, at its full size.
   [[nodiscard]] SourcePlace place(TexelId t) const;

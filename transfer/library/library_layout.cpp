@@ -48,9 +48,9 @@ std::optional<double> common_texel_size(std::span<const LibrarySource> sources, 
     if (size) finest = std::min(*size, finest.value_or(*size));
   }
   if (with != nullptr && without != nullptr) {
-    throw InvalidInput(without->shown + ": says no texel_size_mm, and " + with->shown + " does (" +
+    throw InvalidInput(without->shown + ": has no texel_size_mm, but " + with->shown + " has one (" +
                        number_text(*with->manifest.texel_size_mm) +
-                       "); give --texel-size, which histories that say none are taken to have");
+                       "); give --texel-size, and histories that have none are assumed to have that size");
   }
   return finest;
 }

@@ -136,7 +136,7 @@ std::string text_of(const PackProblem& problem, int first_row, int width) {
 PackedPlaces pack_coordinates(const ImageF& coordinates, int source_width, int source_height,
                               const RunControl& control) {
   if (coordinates.channels() != 2 || !(source_width > 0) || !(source_height > 0))
-    throw InvalidInput("coordinates: expected two numbers a texel and a source");
+    throw InvalidInput("coordinates: expected two numbers per texel, and a source with at least one pixel");
   PackedPlaces places{PackedCoordinates(coordinates.width(), coordinates.height()),
                       Image<std::uint32_t>(coordinates.width(), coordinates.height())};
   std::atomic<bool> is_any_between = false;

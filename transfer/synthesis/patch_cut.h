@@ -47,10 +47,10 @@ class PatchCut {
  public:
   explicit PatchCut(const CutTask& task) : task_(task) {}
 
-  /// Lays pieces of the source over the patch, each of those that promise most in turn, and keeps the part of it within
-  /// the cheapest border, if the sum of the costs of seams, control and amounts falls. A minimum cut says which part
-  /// that is [Boykov and Kolmogorov 2004]; the sum is exact even where pieces are distorted and the cut is not.
-  /// @param patch  With edges. @param places  Of all texels; outside of the patch held fixed.
+  /// Lays the most promising pieces of the source over the patch, one after the other. A minimum cut finds the part of
+  /// a piece that has the cheapest border [Boykov and Kolmogorov 2004]. The patch takes this part if the sum of the
+  /// costs of seams, control and amounts falls. The sum is exact; the cut is not where pieces are distorted.
+  /// @param patch  With edges. @param places  Of all texels; those outside of the patch do not change.
   /// @returns by how much the sum has fallen, >= 0: the new places are then in improved().
   /// @throws Canceled between two cuts.
   [[nodiscard]] std::int64_t improve(const SurfacePatch& patch, const PlaceMap& places, RandomStream random,

@@ -56,8 +56,8 @@ struct RefinementOptions {
 /// Refines the borders of a level, round by round.
 class LevelRefiner {
  public:
-  /// All must outlive this. @param structure  Of the level's source, without its margin. @param texels  That may be
-  /// moved.
+  /// All arguments must outlive this. @param structure  Structure of the level's source, without its margin.
+  /// @param texels  The texels that may get other places.
   LevelRefiner(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,
                std::span<const double> control_weights, std::uint64_t seed, const RefinementOptions& options,
                const TexelSet& texels, const RunControl& control);

@@ -59,7 +59,7 @@ class RegionSynthesis {
   [[nodiscard]] EnergyReport energy(const RunControl& control = {}) const;
 
  private:
-  /// What a level has beside its SynthesisLevel.
+  /// The data of a level that its SynthesisLevel does not hold.
   struct State {
     SimilarPixels similar;
     EnergyScale scale;

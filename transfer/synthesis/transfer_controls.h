@@ -29,8 +29,8 @@ namespace patinate::transfer {
 /// Pairs controls with their history: each source by its name. @throws ParseError for a control that the history does
 /// not have, or that is given twice.
 [[nodiscard]] std::vector<ControlSpec> with_sources(const History& history, std::vector<ControlSpec> specs);
-/// The controls of a transfer. @param specs  With their sources.
-/// @param make  Makes the map of a destination; called once for each, in their order.
+/// Makes the controls of a transfer. @param specs  With their sources.
+/// @param make  Makes the map of a destination; it is called once for each spec, in their order.
 [[nodiscard]] std::vector<TransferControl> make_transfer_controls(
     const History& history, std::span<const ControlSpec> specs, const ImageU8& coverage,
     const std::function<ControlMap(std::size_t number, const ControlSpec& spec)>& make);

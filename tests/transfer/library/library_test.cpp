@@ -242,7 +242,7 @@ TEST_F(Library, WhatCannotBeCombinedIsSaid) {
   EXPECT_TRUE(has(problem({{one_}}), "at least two"));
   const fs::path sized =
       make_history(folder_ / "sized", 16, 16, {0, 1}, sand, [](HistoryManifest& m) { m.texel_size_mm = 0.5; });
-  EXPECT_TRUE(has(problem({{sized, one_}}), "one: says no texel_size_mm"));
+  EXPECT_TRUE(has(problem({{sized, one_}}), "one: has no texel_size_mm"));
   EXPECT_EQ(problem({{sized, one_}, {}, {.texel_size_mm = 0.5}}), "");
   EXPECT_TRUE(has(problem({{sized, sized}, {}, {.texel_size_mm = 1e-9}}), "use 1 to 65536"));
   (void)combine(folder_ / "library", {one_, two_});

@@ -77,7 +77,7 @@ void note_survey(const capture::SurveyReport& survey, bool is_one_photo, Command
              (is_one_photo ? " of the pixels are saturated or in a highlight"
                            : " of the pixels are saturated, in a highlight or out of view in some photograph and "
                              "cannot be filled from others") +
-             ": they are outside the mask (--highlights keep keeps them)");
+             ": they are outside the mask (`--highlights keep` keeps them)");
   }
 }
 

@@ -225,10 +225,12 @@ int cmd_texture(CommandRun& run) {
   command.times.declare(run.line);
   run.line.options(command.sampling);
   run.line.options(command.looked_up);
-  run.line.option("time_map", "MAP",
-                  "Time of every texel: a map file or an expression of controls; 0 and 1 stand for the two --times, "
-                  "else for the first and last time of the history. A file with values outside [0, 1] holds times",
-                  command.time_map);
+  run.line.option(
+      "time_map", "MAP",
+      "Time of every texel: a map file or an expression of controls; 0 and 1 stand for the two values of --times, "
+      "or without --times for the first and last time of the history. A file with values outside [0, 1] "
+      "holds times",
+      command.time_map);
   run.line.example("texture copper_hydrant --time 120 -o hydrant_120.png");
   run.line.example("texture mold_hydrant --time 120 --map normal -o normal_120.png");
   run.line.example("texture copper_hydrant --num-times 24 -o hydrant_%04d.png");

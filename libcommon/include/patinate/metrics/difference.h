@@ -18,10 +18,10 @@ namespace patinate {
 [[nodiscard]] std::array<double, 3> linear_from_lab(const std::array<double, 3>& lab);
 
 /// SSIM of every pixel [Wang, Bovik, Sheikh, Simoncelli 2004], in [-1, 1], 1 for equal windows: 11 x 11 Gaussian window
-/// of 1.5 px, K1 = 0.01, K2 = 0.03. At the border and beside what the mask leaves out, the weights inside are brought
-/// to sum 1.
-/// @param a,b    H x W x 1, finite. @param mask  H x W, 0 = outside; may be empty. @param range  Of the values (255, 1,
-/// 100 for L*); > 0.
+/// of 1.5 px, K1 = 0.01, K2 = 0.03. At the border and beside masked pixels, the weights of the remaining pixels are
+/// scaled so that their sum is 1.
+/// @param a,b    H x W x 1, finite. @param mask  H x W, 0 = outside; may be empty. @param range  Range of the values
+/// (255, 1, or 100 for L*); > 0.
 /// @returns H x W x 1; 0 outside the mask.
 /// @throws InvalidInput if sizes or channels differ or the range is not > 0. Cost: O(22 H W). Same bits for any number
 /// of threads.

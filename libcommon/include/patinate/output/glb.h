@@ -26,7 +26,7 @@ struct GlbTexture {
   std::function<void(const std::function<void(std::span<const std::uint8_t> rows)>& write)> make;
 };
 
-/// One look of the mesh, by textures that are made one after the other.
+/// One appearance of the mesh. Its textures are made one after the other, while the file is written.
 struct GlbAppearance {
   std::string name;                        ///< As GlbVariant::name.
   std::vector<GlbTexture> base_colors;     ///< One a tile; sRGB codes of 3 channels.

@@ -58,7 +58,7 @@ class SurfaceView {
   SurfaceView(SurfaceView&&) noexcept;
   SurfaceView& operator=(SurfaceView&&) noexcept;
 
-  /// The picture from the camera that `options` told: height x width x 3, linear, >= 0.
+  /// The picture from the camera that `options` describes: height x width x 3, linear, >= 0.
   [[nodiscard]] ImageF picture(const RunControl& control = {}) const;
   /// From another direction; the lamp and the surroundings turn with the camera.
   [[nodiscard]] ImageF picture(double azimuth_deg, double elevation_deg, const RunControl& control = {}) const;

@@ -107,7 +107,7 @@ class SurfaceAtlas {
   [[nodiscard]] std::array<double, 3> corner_weights(TexelIndex t) const;
   /// By texel, in tile order.
   [[nodiscard]] std::span<const std::int32_t> triangles() const { return triangle_; }
-  /// In order: texels whose neighbors are not simply those beside them, at seams and where the surface ends.
+  /// Texels at seams and where the surface ends, rising. Their neighbors are not simply the texels beside them.
   [[nodiscard]] std::span<const TexelIndex> border() const { return border_; }
   [[nodiscard]] std::int64_t num_covered() const { return num_covered_; }
   /// Whether all texels of a tile are covered and joined to those beside them alone: no seam, no end of the surface.

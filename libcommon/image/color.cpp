@@ -47,6 +47,28 @@ class CodeOfLinear {
   std::vector<std::uint8_t> code_of_;  ///< Code of the least value of each bucket.
 };
 
+/// srgb_from_linear() of the normal half floats from 2^-14 to below 2, which frames are stored as.
+class CodeOfHalf {
+ public:
+  CodeOfHalf() {
+    for (std::uint32_t i = 0; i < codes_.size(); ++i)
+      codes_[i] = static_cast<float>(srgb_encode(static_cast<double>(std::bit_cast<float>((kFirst + i) << kShift))));
+  }
+  [[nodiscard]] static bool has(float linear) {
+    const auto bits = std::bit_cast<std::uint32_t>(linear);
+    return (bits & ((1U << kShift) - 1U)) == 0 && (bits >> kShift) - kFirst < kCount;
+  }
+  [[nodiscard]] float code(float linear) const {
+    return codes_[(std::bit_cast<std::uint32_t>(linear) >> kShift) - kFirst];
+  }
+
+ private:
+  static constexpr std::uint32_t kShift = 13;                   ///< Mantissa bits that a half lacks.
+  static constexpr std::uint32_t kFirst = (127U - 14U) << 10U;  ///< 2^-14.
+  static constexpr std::uint32_t kCount = 15U << 10U;           ///< 15 octaves of 1024.
+  std::array<float, kCount> codes_{};
+};
+
 const CodeOfLinear& code_table() {
   static const CodeOfLinear table;
   return table;
@@ -60,6 +82,8 @@ float linear_from_srgb(float code) {
 }
 
 float srgb_from_linear(float linear) {
+  static const CodeOfHalf halves;
+  if (CodeOfHalf::has(linear)) return halves.code(linear);
   const double value = srgb_encode(std::abs(static_cast<double>(linear)));
   return static_cast<float>(linear < 0.0f ? -value : value);
 }

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <limits>
@@ -45,6 +47,14 @@ TEST(Color, FollowsTheStandard) {
   EXPECT_NEAR(srgb_from_linear(0.21404114f), 0.5f, 1e-6f);
   EXPECT_EQ(srgb8_from_linear(-1.0f), 0);
   EXPECT_EQ(srgb8_from_linear(7.0f), 255);
+}
+
+TEST(Color, TabulatedHalfFloatsLieBetweenTheirNeighbors) {
+  for (std::uint32_t bits = 0x38000000U; bits < 0x40000000U; bits += 0x2000U) {
+    const auto half = std::bit_cast<float>(bits);
+    ASSERT_LE(srgb_from_linear(std::nextafter(half, 0.0F)), srgb_from_linear(half)) << half;
+    ASSERT_LE(srgb_from_linear(half), srgb_from_linear(std::nextafter(half, 2.0F))) << half;
+  }
 }
 
 TEST(Color, CodesChangeHalfWay) {

@@ -160,9 +160,9 @@ void check_relit_pose(const RelitWork& work, std::size_t index, const RelitPose&
 /// Stage 2: the frame of one step, with its mask, its extras, its facts and its pictures.
 void run_relit_step(const RelitWork& work, std::size_t index, const std::filesystem::path& folder,
                     const RunControl& control);
-/// How much higher the step's scan stands than the reference's, along the reference's normal, mm, as `height-change` measures
-/// it (measure_relief(): where a transform of the project has it, else by the surface that stays): H x W, 0 in the
-/// reference and where either has no surface.
+/// How much higher the step's scan stands than the reference's, along the reference's normal, mm, as `height-change`
+/// measures it (measure_relief(): where a transform of the project has it, else by the surface that stays): H x W, 0 in
+/// the reference and where either has no surface.
 /// @throws CannotComplete where the scans share too little to be laid over one another.
 [[nodiscard]] ImageF relit_height(const RelitWork& work, std::size_t index, const RelitPose& pose,
                                   const ScanView& reference, const RunControl& control);

@@ -61,7 +61,8 @@ int cmd_height_change(CommandRun& run) {
   } catch (const InvalidInput& e) {
     throw app::UsageError(std::string("--") + e.what());
   }
-  const std::optional<JobStatus> status = run.make_folder(capture::plan_relief(std::move(task), output), "height-change");
+  const std::optional<JobStatus> status =
+      run.make_folder(capture::plan_relief(std::move(task), output), "height-change");
   if (!status) return 0;
   const Json relief = load_json(output / capture::kReliefFile);
   for (const Json& warning : relief.at("warnings"))

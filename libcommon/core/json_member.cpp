@@ -8,6 +8,8 @@ namespace patinate {
 
 namespace {
 
+constexpr std::string_view kJsonBlanks = " \t\r\n";
+
 /// Walks through the text of a document that is known to be right.
 class MemberScan {
  public:
@@ -22,7 +24,7 @@ class MemberScan {
   /// Blanks and comments.
   void skip_blanks() {
     while (at_ < text_.size()) {
-      if (std::string_view(" \t\r\n").find(now()) != std::string_view::npos) {
+      if (kJsonBlanks.find(now()) != std::string_view::npos) {
         ++at_;
       } else if (text_.substr(at_, 2) == "//") {
         at_ = std::min(text_.size(), text_.find('\n', at_));
@@ -70,9 +72,9 @@ class MemberScan {
 struct MemberPlace {
   std::size_t key = 0, value = 0, end = 0;
   std::size_t before = 0;  ///< End of the member before it, or behind the brace.
-  std::size_t next = 0;    ///< Of the member behind it; `end` if it is the last.
+  std::size_t comma = 0;   ///< Behind the member before it; 0 = it is the first.
+  std::size_t next = 0;    ///< Of the member behind it, or of a comment before that; 0 = it is the last.
   bool is_there = false;
-  bool has_before = false;
 };
 
 /// @returns if it is not there, the end of the last member as `before`.
@@ -91,15 +93,16 @@ MemberPlace find_member(std::string_view text, std::string_view name) {
     scan.skip_blanks();
     place.value = scan.at();
     scan.skip_value();
-    place.next = place.end = scan.at();
+    place.end = scan.at();
     scan.skip_blanks();
-    if (scan.now() == ',') {
-      scan.step();
-      place.next = std::min(text.size(), text.find_first_not_of(" \t\r\n", scan.at()));
+    const bool has_comma = scan.now() == ',';
+    if (place.is_there) {
+      if (has_comma) place.next = text.find_first_not_of(kJsonBlanks, scan.at() + 1);
+      return place;
     }
-    if (place.is_there) return place;
     place.before = place.end;
-    place.has_before = true;
+    place.comma = scan.at();
+    if (has_comma) scan.step();
   }
   return place;
 }
@@ -111,16 +114,20 @@ std::string with_member(std::string_view text, std::string_view name, std::strin
   if (place.is_there)
     return std::string(text.substr(0, place.value)) + std::string(value) + std::string(text.substr(place.end));
   const std::string separator = text.find('\n') == std::string_view::npos ? " " : "\n  ";
-  return std::string(text.substr(0, place.before)) + (place.has_before ? "," + separator : std::string()) + "\"" +
+  return std::string(text.substr(0, place.before)) + (place.comma > 0 ? "," + separator : std::string()) + "\"" +
          std::string(name) + "\": " + std::string(value) + std::string(text.substr(place.before));
 }
 
 std::string without_member(std::string_view text, std::string_view name) {
   const MemberPlace place = find_member(text, name);
   if (!place.is_there) return std::string(text);
-  const std::size_t begin = place.has_before ? place.before : place.key;
-  const std::size_t end = place.has_before ? place.end : place.next;
-  return std::string(text.substr(0, begin)) + std::string(text.substr(end));
+  const std::string before(text.substr(0, place.key));
+  if (place.next > 0) return before + std::string(text.substr(place.next));
+  const std::string behind(text.substr(place.end));
+  if (place.comma == 0) return before + behind;
+  const std::string between = before.substr(place.comma + 1);  // Its comments stay, and the ends of their lines.
+  const bool is_blank = between.find_first_not_of(kJsonBlanks) == std::string::npos;
+  return before.substr(0, place.comma) + (is_blank ? std::string() : between) + behind;
 }
 
 }  // namespace patinate

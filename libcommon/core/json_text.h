@@ -26,8 +26,7 @@ struct JsonTextLimits {
 /// @param text  What parse_json() takes, an object. @param name  Plain ASCII. @param value  As JSON.
 /// @throws InvalidInput if it is no object.
 [[nodiscard]] std::string with_member(std::string_view text, std::string_view name, std::string_view value);
-/// The text without one member of the object, and without the comma and the comments that tie it to the one before. It
-/// may be missing.
+/// The text without one member of the object and the comma that it needs; comments stay. It may be missing.
 /// @throws InvalidInput if it is no object.
 [[nodiscard]] std::string without_member(std::string_view text, std::string_view name);
 

@@ -63,11 +63,12 @@ TEST(JsonText, SettingAMemberLeavesAllElseAsItIsWritten) {
 
 TEST(JsonText, TakingAMemberOutLeavesAllElseAsItIsWritten) {
   const std::string text = "{ // first\n  \"a\": [1, {\"b\": 2}], /* of b */ \"b\" : \"},\", \"c\": 0.10 // last\n}\n";
-  EXPECT_EQ(without_member(text, "b"), "{ // first\n  \"a\": [1, {\"b\": 2}], \"c\": 0.10 // last\n}\n");
+  EXPECT_EQ(without_member(text, "b"), "{ // first\n  \"a\": [1, {\"b\": 2}], /* of b */ \"c\": 0.10 // last\n}\n");
   EXPECT_EQ(without_member(text, "c"), "{ // first\n  \"a\": [1, {\"b\": 2}], /* of b */ \"b\" : \"},\" // last\n}\n");
   EXPECT_EQ(without_member(text, "a"), "{ // first\n  /* of b */ \"b\" : \"},\", \"c\": 0.10 // last\n}\n");
   EXPECT_EQ(without_member(text, "d"), text);
   EXPECT_EQ(without_member("{\"a\": 1}", "a"), "{}");
+  EXPECT_EQ(without_member("{\"a\": 1, // of a\n\"b\": 2}", "b"), "{\"a\": 1 // of a\n}");
   EXPECT_EQ(without_member(with_member(text, "new", "2"), "new"), text);
   EXPECT_THROW((void)without_member("[1]", "a"), InvalidInput);
 }

@@ -241,6 +241,13 @@ class Projects(Case):
         self.assertEqual(self.save_mask(self.mask(lambda x, y: x < 10))[1]["mask"], "masks/mask-2.png")
         self.assertFalse((self.outside / "none.png").exists())
 
+    def test_a_refused_mask_leaves_folders_as_they_were(self):
+        shutil.copytree(self.plate, self.served / "result/plate")
+        (self.served / "result/history.json").write_text('{"format": "patinate.history"}')
+        self.refused(400, "finished result", f"/api/mask?place=result/plate&state={self.get('result/plate')['state']}", self.mask(lambda x, y: x < 10))
+        (self.plate / "masks").mkdir()
+        self.refused(400, "inside", f"/api/mask?place=plate&state={self.get()['state']}", self.mask(lambda x, y: False))
+
     def test_a_project_reads_nothing_outside(self):
         self.write(', "mask": "../../outside/a.png"')
         for path in ("/api/mask?place=plate", "/api/project?place=plate"):

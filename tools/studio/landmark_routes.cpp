@@ -164,11 +164,10 @@ void save_marks(const MarkedCapture& marked) {
 HttpResponse answer_landmarks(const Asked& asked) { return json_response(json_of(open_marked(asked))); }
 
 HttpResponse save_landmarks(const Asked& asked, const std::string& body) {
-  static std::mutex mutex;  // When two save at once, the second finds the first one's state.
   const Json json = parse_outside_json(body);
   JsonReader reader("landmarks", json);
   const std::string state = reader.member("state").string();
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(project_mutex());
   MarkedCapture marked = open_marked(asked);
   if (state != marked.state)
     throw Conflict(marked.file.string() +

@@ -18,6 +18,11 @@ fs::path fixed_capture_file(const Asked& asked) {
   return file;
 }
 
+std::mutex& project_mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
 std::string shown_path(const fs::path& folder, const fs::path& file) {
   std::error_code error;
   const fs::path relative = fs::weakly_canonical(file, error).lexically_relative(fs::weakly_canonical(folder, error));

@@ -26,15 +26,16 @@ void require_room(const ServedFolder& served, const std::string& folder, std::ui
   if (!is_file_name(folder) || fs::symlink_status(path, error).type() != fs::file_type::directory)
     throw InvalidInput("there is no folder \"" + folder + "\" for photographs; make it first");
   int count = 0;
+  std::uintmax_t all_bytes = num_bytes;
   for (fs::directory_iterator it(path, error), end; !error && it != end; it.increment(error), ++count) {
     std::error_code ignored;
     if (it->symlink_status(ignored).type() != fs::file_type::regular || !capture::may_be_photograph(it->path()))
       throw InvalidInput("the folder \"" + folder + "\" holds more than photographs; choose a new name");
     const std::uintmax_t size = it->file_size(ignored);
-    num_bytes += ignored ? 0 : size;
+    all_bytes += ignored ? 0 : size;
   }
   if (error) throw CannotComplete(folder + ": cannot be listed; " + error.message());
-  if (count >= kMaxPhotographs || num_bytes > kMaxBytes)
+  if (count >= kMaxPhotographs || all_bytes > kMaxBytes)
     throw InvalidInput("a folder takes " + std::to_string(kMaxPhotographs) + " photographs and " +
                        std::to_string(kMaxBytes / kGigabyte) +
                        " GB in this way; copy more into it with other programs");

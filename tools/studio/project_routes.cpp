@@ -122,11 +122,6 @@ void replace_text(const OpenedProject& opened, const std::string& text) {
   });
 }
 
-std::mutex& saving() {
-  static std::mutex mutex;  // When two save at once, the second finds the first one's state.
-  return mutex;
-}
-
 }  // namespace
 
 HttpResponse answer_project(const Asked& asked) { return json_response(project_json(open_project(asked))); }
@@ -135,7 +130,7 @@ HttpResponse save_project(const Asked& asked, const std::string& body) {
   const Json json = parse_outside_json(body);
   JsonReader reader("project", json);
   const std::string state = reader.member("state").string();
-  const std::lock_guard lock(saving());
+  const std::lock_guard lock(project_mutex());
   const OpenedProject opened = open_project(asked, state);
   const std::string text = text_with(opened, reader.member("members"));
   reader.finish();
@@ -150,14 +145,15 @@ HttpResponse answer_mask(const Asked& asked) {
 }
 
 HttpResponse save_mask(const Asked& asked, const std::string& body) {
-  const std::lock_guard lock(saving());
+  const std::lock_guard lock(project_mutex());
   const OpenedProject opened = open_project(asked, asked.target.value("state"));
   const fs::path folder = opened.file.parent_path() / kMaskFolder;
-  std::error_code error;
-  fs::create_directory(folder, error);
   const std::string stem = opened.file.stem() == "capture" ? "mask" : opened.file.stem().string() + "_mask";
-  const fs::path path = asked.folder.make_file(asked.folder.name_of(folder), stem, ".png");
+  std::error_code error;
+  const bool is_new = fs::create_directory(folder, error);
+  fs::path path;
   try {
+    path = asked.folder.make_file(asked.folder.name_of(folder), stem, ".png");
     write_checked(path, "mask", body, [&](const fs::path& temporary) {
       const ImageU8 mask = read_mask(temporary);
       if (!is_as_large(opened.project, mask.width(), mask.height()))
@@ -171,8 +167,8 @@ HttpResponse save_mask(const Asked& asked, const std::string& body) {
     const std::string name = std::string(kMaskFolder) + "/" + path.filename().string();
     replace_text(opened, with_member(opened.text, "mask", Json(name).dump()));
   } catch (...) {
-    fs::remove(path, error);
-    fs::remove(folder, error);  // If it is empty.
+    if (!path.empty()) fs::remove(path, error);
+    if (is_new) fs::remove(folder, error);
     throw;
   }
   return json_response(project_json(open_project(asked)));

@@ -50,6 +50,10 @@ const click = async (at) => {
 };
 const drag = async (...way) => {
   for (const [i, at] of way.entries()) {
+    if (typeof at === "string") {
+      await page.keyboard.press(at);
+      continue;
+    }
     const { x, y } = await on_page(at);
     await page.mouse.move(x, y, { steps: 4 });
     if (i === 0) await page.mouse.down();
@@ -113,6 +117,10 @@ test("a rectangle crops, and the brush and a color make the mask; every step can
   await drag([10, 40], [70, 40]);
   await page.keyboard.press("Control+z");
   assert.equal(await num_outside(), stroke);
+  await drag([10, 40], "Control+z", [70, 40]);
+  assert.ok((await num_outside()) > stroke, "a stroke that is not finished is not undone");
+  await page.keyboard.press("Control+z");
+  assert.equal(await num_outside(), stroke);
   await tool("Inside");
   await drag([10, 20], [70, 20]);
   assert.equal(await num_outside(), 0);
@@ -125,7 +133,10 @@ test("a rectangle crops, and the brush and a color make the mask; every step can
   assert.ok(few > stroke);
   await page.locator(".tool-options input.number-field").fill("30");
   await page.keyboard.press("Enter");
-  assert.ok((await num_outside()) > few, "another tolerance takes the place of the last");
+  const more = await num_outside();
+  assert.ok(more > few, "another tolerance takes the place of the last");
+  await tool("Inside");
+  assert.equal(await num_outside(), more, "what comes next is inside");
   await page.keyboard.press("Control+z");
   assert.equal(await num_outside(), stroke);
 });
@@ -134,6 +145,12 @@ test("two places and a length are the scale, four corners the chart, and all of 
   await tool("Scale");
   await click([10, 40]);
   await click([60, 40]);
+  const marker = await page.locator(".marker").first().boundingBox(), there = await on_page([10, 40]), ring = await page.evaluate(() => {
+    const { left, top, width, height } = getComputedStyle(document.querySelector(".marker"), "::before"), border = 2 * 2;
+    return [parseFloat(left) + (parseFloat(width) + border) / 2, parseFloat(top) + (parseFloat(height) + border) / 2];
+  });
+  assert.deepEqual(ring, [0, 0], "the ring is around the place");
+  assert.ok(Math.hypot(marker.x - there.x, marker.y - there.y) < 1.5, "a click is exact to a pixel of the page");
   await page.getByLabel("Length in mm").fill("12,5");
   await page.keyboard.press("Enter");
   await until(page, () => window.patinate.draft().texel_size_mm !== null);
@@ -157,6 +174,35 @@ test("two places and a length are the scale, four corners the chart, and all of 
   await page.reload();
   await until(page, () => window.patinate?.view === "prepare" && window.patinate.is_ready());
   assert.equal(await num_outside(), before_save, "the mask is what it was");
+});
+
+test("what is set while the page saves stays set, and so does what is not saved when the page is left", async () => {
+  let go;
+  const held = new Promise((done) => { go = done; });
+  await page.route("**/api/project?*", async (route) => {
+    if (route.request().method() === "POST") await held;
+    await route.continue();
+  });
+  await drag([20, 20], [60, 60]);
+  await page.keyboard.press("Control+s");
+  await drag([7.5, 9.5], [71.5, 57.5]);
+  go();
+  await until(page, () => !document.querySelector(".prepare button.primary").disabled);
+  assert.notDeepEqual((await project()).roi, [8, 10, 64, 48]);
+  assert.deepEqual((await draft()).roi, [8, 10, 64, 48]);
+  await page.unroute("**/api/project?*");
+  await save();
+  await tool("Mask");
+  await drag([20, 70], [70, 70]);
+  assert.ok(await page.locator(".job-buttons").evaluate(({ inert }) => inert), "a job reads what is saved");
+  const outside = await num_outside();
+  await page.getByRole("button", { name: "Its photographs" }).click();
+  await page.getByRole("button", { name: "Crop, mask, scale" }).click();
+  await until(page, () => window.patinate?.view === "prepare" && window.patinate.is_ready());
+  assert.deepEqual([await num_outside(), await page.evaluate(() => window.patinate.is_changed())], [outside, true]);
+  page.once("dialog", (question) => void question.accept());
+  await page.reload();
+  await until(page, () => window.patinate?.view === "prepare" && window.patinate.is_ready());
 });
 
 test("a project that was changed meanwhile is not overwritten, and the page says so", async () => {
@@ -200,6 +246,10 @@ test("the frames that ingest makes stand beside their photographs, with one zoom
   await page.keyboard.press("ArrowRight");
   await until(page, () => window.patinate.is_ready());
   await same_place();
+  await page.keyboard.press("f");
+  await page.keyboard.press("ArrowRight");
+  await page.setViewportSize({ width: 900, height: 500 });
+  await until(page, () => window.patinate.views().every(({ zoom, x, y }) => Math.hypot(zoom - 1, x - 0.5, y - 0.5) < 1e-9));
   await page.getByRole("button", { name: "Its history" }).click();
   await history_is_ready(page);
 });

@@ -1,6 +1,7 @@
 // One photograph that is looked at closely: the wheel zooms, a drag moves it, a click marks; markers can be dragged.
 import { preview_url } from "../api";
 import { h, replace, svg } from "../ui/dom";
+import { notice } from "../ui/notices";
 import type { Mark, MarkedPhoto } from "./landmarks";
 
 const kMostPreview_px = 3000, kClick_px = 4, kLargestScale = 32, kWheel = 0.0016;
@@ -50,14 +51,15 @@ export class PhotoPane {
   private scale = 1;  ///< Pixels of the page for one of the photograph.
   private left = 0;   ///< Of the photograph's edge, in the stage.
   private top = 0;
-  private is_fit = true;
   private laid_out = [0, 0];  ///< Size of the stage when it was last looked at.
+  is_fit = true;
   private region: Region = [0, 0, 1, 1];  ///< What fit() shows.
 
   constructor(private readonly place: string, name: string, head: HTMLElement, private readonly events: PaneEvents) {
     this.stage = h("div", { class: "photo-stage", role: "application", tabindex: "0", "aria-label": `${name}: the wheel zooms, a drag moves${events.on_mark ? ", a click marks a point" : ""}` }, this.image, this.layer, this.markers);
     this.element = h("section", { class: "photo-pane", "aria-label": name }, head, this.stage);
     this.image.addEventListener("load", () => { this.image.hidden = false; this.place_all(); });
+    this.image.addEventListener("error", () => notice(`${this.image.alt} cannot be shown.`, "error"));
     this.stage.addEventListener("wheel", (e) => this.wheel(e), { passive: false });
     this.stage.addEventListener("pointerdown", (e) => this.press(e));
     this.stage.addEventListener("contextmenu", (e) => { if (events.draws?.()) e.preventDefault(); });

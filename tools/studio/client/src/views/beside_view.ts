@@ -37,7 +37,7 @@ export class BesideView implements View {
 
   private show(index: number): void {
     const { photo, frame, roi } = this.pairs[index]!.beside, [raw, made] = this.panes;
-    const before = raw.photo && raw.view;
+    const before = raw.is_fit ? undefined : raw.view;  // What fits, fits in a window of another size, too.
     this.choice.selectedIndex = index;
     raw.show({ ...photo, number: index, time: "" }, roi ?? undefined);
     const shapes = shape_layer(photo.width, photo.height);

@@ -64,7 +64,7 @@ export class LandmarksView implements View {
       notice("Points that were not saved are here again.", "info", kAbout);
     }
     if (info.photos.length < 2) {
-      replace(this.element, failure("Nothing to mark", "Two or more photographs are needed that lie below the folder that is served."));
+      replace(this.element, failure("Nothing to mark", "Two or more photographs are needed that lie below the folder of the project."));
       return;
     }
     const events: PaneEvents = {

@@ -20,6 +20,9 @@ const kNudges: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRig
 const same = (a: unknown, b: unknown): boolean => JSON.stringify(a) === JSON.stringify(b);
 const tenth = (v: number): number => Math.round(10 * v) / 10;
 
+/// By place: what was set and not saved when its page was left.
+const left_unsaved = new Map<string, { state: string; set: object; inside: Uint8Array | undefined }>();
+
 export class PrepareView implements View {
   readonly element = h("main", { class: "landmarks prepare" }, h("p", { class: "empty", role: "status" }, "Opening ..."));
   private info!: ProjectInfo;
@@ -35,7 +38,7 @@ export class PrepareView implements View {
   private readonly undos: (() => void)[] = [];
   private scale: { x: number; y: number }[] = [];  ///< Two places.
   private clicked: [number, number][] = [];        ///< Corners of the chart.
-  private from: [number, number] | undefined;      ///< Where a drag began, or is.
+  private from: [number, number] | undefined;      ///< Where a drag that draws began, or is.
   private way: "brush" | "color" = "brush";
   private value = 0;  ///< What is painted: 0 = outside.
   private tolerance = 8;
@@ -45,6 +48,7 @@ export class PrepareView implements View {
   private length: number | undefined;
   private active: string | undefined;
   private shapes = shape_layer(1, 1);
+  private readonly jobs: HTMLElement;
   private readonly options = h("div", { class: "tool-options" });
   private readonly said = h("code", { class: "command", "aria-label": "The project's members" });
   private readonly choice = h("select", { "aria-label": "Photograph", onchange: () => this.show_photo(this.choice.selectedIndex) });
@@ -53,6 +57,7 @@ export class PrepareView implements View {
   private readonly warn = (event: BeforeUnloadEvent): void => { if (this.is_changed) event.preventDefault(); };
 
   constructor(private readonly place: PlaceBase) {
+    this.jobs = job_buttons(place);
     window.addEventListener("beforeunload", this.warn);
     get_json<ProjectInfo>(url_of(kAbout, { place: place.place })).then((info) => this.take(info))
       .catch((error: unknown) => replace(this.element, failure("The project cannot be shown", error instanceof Error ? error.message : String(error))));
@@ -61,6 +66,7 @@ export class PrepareView implements View {
   dispose(): void {
     window.removeEventListener("beforeunload", this.warn);
     this.pane?.dispose();
+    if (this.is_changed) left_unsaved.set(this.place.place, { state: this.info.state, set: this.set_now(), inside: this.is_masked ? this.mask.inside : undefined });
   }
 
   on_key(key: string): boolean {
@@ -79,7 +85,7 @@ export class PrepareView implements View {
     this.info = info;
     const photos = info.photos = info.photos.filter((photo) => info.reference === null || photo.number === info.reference);
     if (photos.length === 0 || info.width * info.height > kMostPixels) {
-      replace(this.element, failure("Nothing to show", photos.length === 0 ? "The photograph that is meant does not lie below the folder that is served." : "These photographs are too large for a page; set the project's members with a text editor."));
+      replace(this.element, failure("Nothing to show", photos.length === 0 ? "The photograph that is meant does not lie below the folder of its project." : "These photographs are too large for a page; set the project's members with a text editor."));
       return;
     }
     this.draft = members_of(info);
@@ -87,6 +93,7 @@ export class PrepareView implements View {
     this.chart_way = info.chart === null ? "none" : this.clicked.length > 0 ? "corners" : "auto";
     this.mask = new Mask(info.width, info.height);
     if (info.mask !== null && info.is_mask_shown) await read_mask(this.place.place, this.mask);
+    this.take_unsaved();
     this.masks = new MaskLayer(this.mask);
     this.masks.show(this.mask.whole);
     this.radius = Math.max(2, Math.round(info.width / 40));
@@ -103,11 +110,23 @@ export class PrepareView implements View {
     const tools = segmented<Tool>("What is set", [["crop", "Crop"], ["mask", "Mask"], ["scale", "Scale"], ["chart", "Chart"]], this.tool, (tool) => { this.tool = tool; this.active = this.picked = undefined; this.show_tool(); });
     replace(this.element, h("aside", { class: "panel", "aria-label": "Crop, mask, scale, chart" }, h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, "capture")),
       h("div", { class: "tool-options" }, tools.element), h("div", { class: "row" }, this.save_button, this.undo_button), this.options,
-      h("div", { class: "tool-options" }, h("p", { class: "hint" }, `The same with a text editor, in ${info.file}:`), this.said, job_buttons(this.place))), h("div", { class: "panes one" }, pane.element));
+      h("div", { class: "tool-options" }, h("p", { class: "hint" }, `The same with a text editor, in ${info.file}:`), this.said, this.jobs)), h("div", { class: "panes one" }, pane.element));
     this.show_photo(0);
     this.show_tool();
     window.patinate = { view: "prepare", is_ready: () => pane.is_loaded, on_page: (x: number, y: number) => pane.on_page(x, y), draft: () => this.draft, is_changed: () => this.is_changed,
       num_outside: () => this.mask.inside.reduce((sum, v) => sum + (v ? 0 : 1), 0) };
+  }
+
+  private take_unsaved(): void {
+    const left = left_unsaved.get(this.place.place);
+    left_unsaved.delete(this.place.place);
+    if (left?.state !== this.info.state) return;
+    Object.assign(this, left.set);
+    if (left.inside?.length === this.mask.inside.length) {
+      this.mask.inside.set(left.inside);
+      this.mask_state = ++this.num_mask_states;
+    }
+    notice("What was not saved is here again.", "info", kAbout);
   }
 
   private show_photo(index: number): void {
@@ -116,11 +135,16 @@ export class PrepareView implements View {
     this.pane!.show(this.info.photos[index]!);
   }
 
+  private set_now(): object {
+    const { draft, scale, clicked, chart_way, length } = this;
+    return { draft, scale, clicked, chart_way, length };
+  }
+
   // What is set now comes back with undo.
   private remember(): void {
-    const { draft, scale, clicked, chart_way } = this;
+    const now = this.set_now();
     this.picked = undefined;
-    this.add_undo(() => Object.assign(this, { draft, scale, clicked, chart_way }));
+    this.add_undo(() => Object.assign(this, now));
   }
 
   private remember_mask(): void {
@@ -136,6 +160,7 @@ export class PrepareView implements View {
   }
 
   private undo(): void {
+    if (this.from) return;  // The rest of a stroke would be part of the step before it.
     this.undos.pop()?.();
     this.picked = undefined;
     this.show_tool();
@@ -153,9 +178,10 @@ export class PrepareView implements View {
       if (this.tool === "mask") this.remember_mask();
     }
     const [ax, ay] = this.from ?? [x, y];
+    if (phase === "end") this.from = undefined;
+    else if (this.tool === "mask") this.from = [x, y];
     if (this.tool === "mask") {
       this.masks.show(this.mask.stroke([ax, ay], [x, y], this.radius, this.value));
-      this.from = [x, y];
       this.hover(x, y);
       if (phase === "end") this.show();
       return;
@@ -232,7 +258,7 @@ export class PrepareView implements View {
   }
 
   private async save(): Promise<void> {
-    if (!this.is_changed) return;
+    if (!this.is_changed || this.from) return;
     this.save_button.disabled = true;
     const place = this.place.place;
     try {
@@ -241,12 +267,12 @@ export class PrepareView implements View {
         this.saved(await post_file<ProjectInfo>(url_of("/api/mask", { place, state: this.info.state }), await mask_file(this.mask)));
         this.saved_mask_state = mask_state;
       }
-      const was = members_of(this.info), corners = corners_of(this.draft.chart);
-      const now = { ...this.draft, chart: this.draft.chart === null ? null : corners.length > 0 ? { corners } : "auto" };
-      const members = { ...Object.fromEntries(kMembers.filter((name) => !same(was[name], this.draft[name])).map((name) => [name, now[name]])), ...(is_masked && is_all ? { mask: null } : {}) };
+      const was = members_of(this.info), draft = this.draft, corners = corners_of(draft.chart);
+      const now = { ...draft, chart: draft.chart === null ? null : corners.length > 0 ? { corners } : "auto" };
+      const members = { ...Object.fromEntries(kMembers.filter((name) => !same(was[name], draft[name])).map((name) => [name, now[name]])), ...(is_masked && is_all ? { mask: null } : {}) };
       if (Object.keys(members).length > 0) this.saved(JSON.parse(await (await post(url_of(kAbout, { place }), { state: this.info.state, members })).text()) as ProjectInfo);
       this.saved_mask_state = mask_state;
-      this.draft = members_of(this.info);
+      if (this.draft === draft) this.draft = members_of(this.info);  // Else more was set while it was saved.
       notice(`It is saved in ${this.info.file}.`, "info", kAbout);
     } catch (error) {
       show_error(error, kAbout);
@@ -279,6 +305,7 @@ export class PrepareView implements View {
     this.pane!.element.classList.toggle("brushing", this.tool === "mask" && this.way === "brush");
     this.undo_button.disabled = this.undos.length === 0;
     this.save_button.disabled = !this.is_changed;
+    this.jobs.inert = this.is_changed;  // They read what is saved.
     const mask = this.mask.is_everything && this.is_masked ? null : this.is_masked ? "masks/..." : this.info.mask;
     this.said.textContent = project_text(this.draft, mask) || "(nothing of this)";
     for (const each of this.options.querySelectorAll<HTMLElement>("[data-said]")) each.textContent = this.say(each.dataset["said"]!);
@@ -315,7 +342,7 @@ export class PrepareView implements View {
   }
 
   private mask_options(): Child[] {
-    const paint = segmented("What is painted", [["0", "Outside", "What belongs to no history"], ["255", "Inside", "Takes it back"]], String(this.value), (value) => { this.value = Number(value); this.pick_again(); });
+    const paint = segmented("What is painted", [["0", "Outside", "What belongs to no history"], ["255", "Inside", "Takes it back"]], String(this.value), (value) => { this.value = Number(value); this.picked = undefined; });
     const way = segmented<"brush" | "color">("How", [["brush", "Brush"], ["color", "Color"]], this.way, (chosen) => { this.way = chosen; this.picked = undefined; this.show_tool(); });
     return [h("p", { class: "about" }, this.way === "brush" ? "Paint over what is no part of the surface. The right button of the mouse moves the picture." : "Click a color. All places of nearly this color are taken."), way.element, paint.element,
       this.way === "brush" ? slider({ label: "Radius", low: 1, high: Math.max(50, this.info.width / 4), value: this.radius, logarithmic: true, unit: "px", on_input: (v) => { this.radius = v; } }).element

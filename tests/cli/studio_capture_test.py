@@ -3,6 +3,7 @@
 import http.client
 import json
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -107,6 +108,12 @@ class Photographs(Case):
         for name, body in (("x.png", b""), ("x.png", b"<html><script>alert(1)</script>"), ("x.jpg", b"no picture"), ("x.png", PHOTO[:20]), ("x.tif", b"II*\0" + bytes(60)), ("x.exr", PHOTO[:30]), ("x.gif", b"GIF89a"),
                            ("x.cr2", b"II*\0" + bytes(200)), ("x.mp4", bytes(300)), ("x.mp4", b"#!/bin/sh\n")):
             self.refused(400, "x.", f"/api/photographs?folder=paint&name={name}", body)
+
+    def test_what_the_page_offers_is_what_the_server_takes(self):
+        page = pathlib.Path(__file__).parents[2] / "tools/studio/client/src/capture/photograph_files.ts"
+        ends = re.search(r'kEnds = "([^"]+)"', page.read_text()).group(1).split()
+        said = {end: self.photo("x." + end, b"x")[1]["error"] for end in ends}
+        self.assertEqual({end for end, error in said.items() if not error.startswith("there is no folder")}, set())
 
     def test_large_ones_and_too_many_are_refused(self):
         self.folder()

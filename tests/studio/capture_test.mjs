@@ -68,14 +68,16 @@ const save = async () => {
 
 test("photographs are copied into a new folder, and the page says what init has found", async () => {
   await page.getByRole("button", { name: "Begin with photographs" }).click();
-  await choose([...photographs, { name: "notes.txt", mimeType: "text/plain", buffer: Buffer.from("x") }]);
-  assert.match(await dialog().locator(".summary").innerText(), /^4 photographs, .* MB; 1 other file is left out$/);
+  await choose([...photographs, { name: "broken.png", mimeType: "image/png", buffer: Buffer.from("x") }, { name: "notes.txt", mimeType: "text/plain", buffer: Buffer.from("x") }]);
+  assert.match(await dialog().locator(".summary").innerText(), /^5 photographs, .* MB; 1 other file is left out$/);
   await dialog().getByLabel("Name of the new folder").fill("../paint");
   await dialog().getByRole("button", { name: "Copy and look at them" }).click();
   await until(page, () => document.querySelector("dialog .problem")?.textContent !== "");
   assert.deepEqual(await readdir(served), []);
   await dialog().getByLabel("Name of the new folder").fill("paint");
   await dialog().getByRole("button", { name: "Copy and look at them" }).click();
+  await until(page, () => document.querySelector("dialog .problem")?.textContent.includes("broken.png"));
+  await dialog().getByRole("button", { name: "Leave it out" }).click();
   await page.waitForSelector(".capture .draft");
   assert.match(await page.locator(".draft").innerText(), /found\n4 photographs/);
   assert.deepEqual((await readdir(join(served, "paint"))).sort(), ["Day_1_north.png", "Day_2_north.png", "Day_3_north.png", "Day_4_north.png", "capture.hints.txt", "capture.json"]);

@@ -1,9 +1,9 @@
 // Which of the files that were chosen or dropped are photographs, and what they are called in the served folder.
 import { plain_name } from "../build/paths";
 
-/// Of files whose type a browser does not know: what else `init` takes.
-const kOther = /\.(3fr|arw|cr2|cr3|dng|erf|exr|heic|heif|hif|jp2|kdc|mpo|mrw|nef|nrw|orf|pef|pgm|ppm|psd|raf|raw|rw2|rwl|sr2|srf|srw|tga|tiff?|x3f)$/i;
-export const kPhotographs = "image/*,video/*,.arw,.cr2,.cr3,.dng,.exr,.heic,.nef,.orf,.raf,.rw2,.tga,.tif";
+/// What the server takes.
+const kEnds = "3fr 3g2 3gp arw avi avif bay bmp cap cr2 cr3 crw dc2 dcr dng dsc erf exr f4v fff gif heic heif iiq jp2 jpeg jpg k25 kc2 kdc m2v m4v mdc mef mj2 mkv mos mov mp4 mpe mpeg mpg mpo mrw nef nrw ogv orf pef pgm png ppm psd ptx pxn qt qtk raf raw rw2 rwl sr2 srf srw tga tif tiff vob webm webp wmv x3f".split(" ");
+export const kPhotographs = `image/*,video/*,${kEnds.map((end) => `.${end}`).join()}`;
 
 export interface ChosenFile {
   file: File;
@@ -11,9 +11,8 @@ export interface ChosenFile {
   path: string;
 }
 
-export function is_photograph({ name, type }: { name: string; type: string }): boolean {
-  if (name.startsWith(".")) return false;
-  return kOther.test(name) || (/^(image|video)\//.test(type) && !type.includes("svg"));
+export function is_photograph(name: string): boolean {
+  return /^[^.].*\./.test(name) && kEnds.includes(name.slice(name.lastIndexOf(".") + 1).toLowerCase());
 }
 
 /// A name for each, no two the same whatever the case of letters: with its folder's name where others have its own.

@@ -1,5 +1,5 @@
 // "Begin with photographs": they are copied into a new folder, and `init` says what they are.
-import { get_json, get_places, post, post_file, url_of } from "../api";
+import { get_json, get_places, post, post_file, StudioError, url_of } from "../api";
 import { plain_name } from "../build/paths";
 import { start_job } from "../jobs/job_buttons";
 import { jobs_panel } from "../jobs/jobs_panel";
@@ -7,7 +7,7 @@ import type { JobCommands, JobInfo } from "../types";
 import { button } from "../ui/controls";
 import { open_dialog } from "../ui/dialog";
 import { h, replace } from "../ui/dom";
-import { show_error } from "../ui/notices";
+import { notice, show_error } from "../ui/notices";
 import { is_photograph, kPhotographs, photograph_names, type ChosenFile } from "./photograph_files";
 
 const kPost = "/api/photographs", kFolder = "/api/photographs/folder", kJobs = "/api/jobs";
@@ -45,6 +45,7 @@ async function job_end(id: number): Promise<JobInfo> {
 
 class PhotographsDialog {
   private files: ChosenFile[] = [];
+  private names: string[] = [];  ///< In the folder.
   private folder = "";           ///< That was made; "" = none yet.
   private num_sent = 0;
   private is_canceled = false;
@@ -54,6 +55,7 @@ class PhotographsDialog {
   private readonly problem = h("p", { class: "problem", role: "alert" });
   private readonly bar = h("progress", { max: 1, value: 0, hidden: true, "aria-label": "Photographs that have come" });
   private readonly accept = button("Copy and look at them", () => void this.go(), { kind: "primary" });
+  private readonly skip = button("Leave it out", () => { this.files.splice(this.num_sent, 1); this.names.splice(this.num_sent, 1); void this.go(); });
   private readonly dialog: HTMLDialogElement;
 
   constructor(private readonly taken: Set<string>, ready: number) {
@@ -62,9 +64,12 @@ class PhotographsDialog {
     const here = button("Use a folder that is here already", () => { this.dialog.close(); start_job("init", {}); }, { kind: "quiet" });
     this.dialog = open_dialog("Begin with photographs", [drop, this.summary, h("label", { class: "field" }, "Name of the new folder", this.name), this.bar, this.problem,
       h("p", { class: "hint" }, "They are copied into a new folder of the folder that is served. Then `patinate init` drafts a capture of them, and says what it has found."), ready > 0 && here],
-    [button("Cancel", () => this.dialog.close()), this.accept]);
+    [button("Cancel", () => this.dialog.close()), this.skip, this.accept]);
     this.dialog.classList.add("photographs");
-    this.dialog.addEventListener("close", () => { this.is_canceled = true; });
+    this.dialog.addEventListener("close", () => {
+      this.is_canceled = true;
+      if (this.folder && this.num_sent < this.files.length) notice(`${this.num_sent} of ${this.files.length} photographs are in ${this.folder}, which stays.`, "info", kPost);
+    });
     drop.addEventListener("dragover", (event) => { event.preventDefault(); this.dialog.classList.add("dropping"); });
     drop.addEventListener("dragleave", () => this.dialog.classList.remove("dropping"));
     drop.addEventListener("drop", (event) => {
@@ -72,12 +77,13 @@ class PhotographsDialog {
       this.dialog.classList.remove("dropping");
       if (event.dataTransfer) void dropped_files(event.dataTransfer).then((files) => this.take(files), (error: unknown) => this.fail(error));
     });
+    this.skip.hidden = true;
     this.take([]);
   }
 
   take(files: ChosenFile[]): void {
     if (this.folder) return;  // They are on their way.
-    const good = files.filter(({ file }) => is_photograph(file)), large = good.filter(({ file }) => file.size > kMost_mb * kMb);
+    const good = files.filter(({ file }) => is_photograph(file.name)), large = good.filter(({ file }) => file.size > kMost_mb * kMb);
     if (files.length > 0) this.files = good.filter((each) => !large.includes(each)).sort((a, b) => a.path.localeCompare(b.path, "en", { numeric: true }));
     const mb = this.files.reduce((sum, { file }) => sum + file.size, 0) / kMb, others = files.length - good.length;
     this.summary.textContent = this.files.length === 0 ? "" : `${this.files.length === 1 ? "1 file" : `${this.files.length} photographs`}, ${mb < 10 ? mb.toFixed(1) : Math.round(mb)} MB${others > 0 ? `; ${others} other ${others === 1 ? "file is" : "files are"} left out` : ""}`;
@@ -103,22 +109,23 @@ class PhotographsDialog {
     if (this.is_canceled) show_error(error, kPost);
     this.problem.textContent = error instanceof Error ? error.message : String(error);
     this.accept.disabled = this.files.length === 0;
+    this.skip.hidden = !(error instanceof StudioError && error.about === kPost);
   }
 
   // What has come is not sent again after an error.
   private async go(): Promise<void> {
     this.problem.textContent = "";
-    this.accept.disabled = true;
+    this.accept.disabled = this.skip.hidden = true;
     try {
+      if (!this.folder) this.names = photograph_names(this.files);
       if (!this.folder) this.folder = (JSON.parse(await (await post(kFolder, { name: this.name.value.trim() })).text()) as { folder: string }).folder;
       this.name.disabled = true;
       this.bar.hidden = false;
-      const names = photograph_names(this.files);
       for (; this.num_sent < this.files.length; ++this.num_sent) {
         this.bar.value = this.num_sent / this.files.length;
         this.summary.textContent = `${this.num_sent} of ${this.files.length} have come`;
         if (this.is_canceled) return;
-        await post_file(url_of(kPost, { folder: this.folder, name: names[this.num_sent] }), this.files[this.num_sent]!.file);
+        await post_file(url_of(kPost, { folder: this.folder, name: this.names[this.num_sent] }), this.files[this.num_sent]!.file);
       }
       this.bar.value = 1;
       this.summary.textContent = `All ${this.files.length} have come. Looking at them ...`;

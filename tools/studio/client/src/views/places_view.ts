@@ -41,7 +41,7 @@ function age(place: string): void {
 /// What was dropped: a mesh, or photographs.
 async function begin_with(data: DataTransfer): Promise<void> {
   const files = await dropped_files(data);
-  if (!files.some(({ file }) => is_mesh_file(file.name)) && files.some(({ file }) => is_photograph(file))) return open_photographs(files);
+  if (!files.some(({ file }) => is_mesh_file(file.name)) && files.some(({ file }) => is_photograph(file.name))) return open_photographs(files);
   const place = await upload(files.map(({ file }) => file));
   if (place) age(place);
 }

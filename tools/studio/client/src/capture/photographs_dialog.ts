@@ -1,6 +1,7 @@
 // "Begin with photographs": they are copied into a new folder, and `init` says what they are.
 import { get_json, get_places, post, post_file, StudioError, url_of } from "../api";
 import { plain_name } from "../build/paths";
+import { drop_files } from "../build/upload";
 import { start_job } from "../jobs/job_buttons";
 import { jobs_panel } from "../jobs/jobs_panel";
 import type { JobCommands, JobInfo } from "../types";
@@ -70,13 +71,7 @@ class PhotographsDialog {
       this.is_canceled = true;
       if (this.folder && this.num_sent < this.files.length) notice(`${this.num_sent} of ${this.files.length} photographs are in ${this.folder}, which stays.`, "info", kPost);
     });
-    drop.addEventListener("dragover", (event) => { event.preventDefault(); this.dialog.classList.add("dropping"); });
-    drop.addEventListener("dragleave", () => this.dialog.classList.remove("dropping"));
-    drop.addEventListener("drop", (event) => {
-      event.preventDefault();
-      this.dialog.classList.remove("dropping");
-      if (event.dataTransfer) void dropped_files(event.dataTransfer).then((files) => this.take(files), (error: unknown) => this.fail(error));
-    });
+    drop_files(drop, (data) => void dropped_files(data).then((files) => this.take(files), (error: unknown) => this.fail(error)));
     this.skip.hidden = true;
     this.take([]);
   }
@@ -117,8 +112,10 @@ class PhotographsDialog {
     this.problem.textContent = "";
     this.accept.disabled = this.skip.hidden = true;
     try {
-      if (!this.folder) this.names = photograph_names(this.files);
-      if (!this.folder) this.folder = (JSON.parse(await (await post(kFolder, { name: this.name.value.trim() })).text()) as { folder: string }).folder;
+      if (!this.folder) {
+        this.folder = (JSON.parse(await (await post(kFolder, { name: this.name.value.trim() })).text()) as { folder: string }).folder;
+        this.names = photograph_names(this.files);
+      }
       this.name.disabled = true;
       this.bar.hidden = false;
       for (; this.num_sent < this.files.length; ++this.num_sent) {

@@ -1,8 +1,8 @@
 // What a person sets in the project of a capture with a photograph in view; as the project says it, too.
 import type { MarkedPhoto } from "./landmarks";
+import type { Region } from "./photo_pane";
 
 export type Corner = [number, number];
-export type Roi = [number, number, number, number];
 
 /// What GET /api/project says.
 export interface ProjectInfo {
@@ -12,7 +12,7 @@ export interface ProjectInfo {
   width: number;
   height: number;
   file: string;
-  roi: Roi | null;
+  roi: Region | null;
   mask: string | null;
   is_mask_shown: boolean;
   texel_size_mm: number | null;
@@ -26,16 +26,16 @@ export const members_of = ({ roi, texel_size_mm, chart }: ProjectInfo): Members 
 export const corners_of = (chart: Members["chart"]): Corner[] => (chart !== null && chart !== "auto" ? chart.corners ?? [] : []);
 
 /// The rectangle between two places, in whole pixels of a photograph; nothing where it is only a click.
-export function roi_between(ax: number, ay: number, bx: number, by: number, width: number, height: number): Roi | null {
+export function roi_between(ax: number, ay: number, bx: number, by: number, width: number, height: number): Region | null {
   const edge = (v: number, size: number): number => Math.min(size, Math.max(0, Math.round(v + 0.5)));
   const [x0, x1] = [edge(Math.min(ax, bx), width), edge(Math.max(ax, bx), width)], [y0, y1] = [edge(Math.min(ay, by), height), edge(Math.max(ay, by), height)];
   return x1 - x0 < 2 || y1 - y0 < 2 ? null : [x0, y0, x1 - x0, y1 - y0];
 }
 
 /// "4, 5, 20, 10" inside of a photograph.
-export function parse_roi(text: string, width: number, height: number): Roi | null {
+export function parse_roi(text: string, width: number, height: number): Region | null {
   const numbers = text.split(/[\s,;]+/).filter((word) => word !== "").map(Number);
-  const [x, y, w, hgt] = numbers as Roi;
+  const [x, y, w, hgt] = numbers as Region;
   return numbers.length === 4 && numbers.every((n) => Number.isInteger(n) && n >= 0) && w > 0 && hgt > 0 && x + w <= width && y + hgt <= height ? [x, y, w, hgt] : null;
 }
 

@@ -15,7 +15,7 @@ export class BesideView implements View {
     this.pairs = place.steps.flatMap(({ name, beside }) => (beside ? [{ time: name, beside }] : []));
     this.choice.append(...this.pairs.map(({ time, beside }) => h("option", {}, `${time}, ${beside.photo.name}`)));
     const events: PaneEvents = { on_view: (pane) => { for (const other of this.panes) if (other !== pane) other.view = pane.view; } };
-    const step = (by: number) => () => this.show((this.choice.selectedIndex + by + this.pairs.length) % this.pairs.length);
+    const step = (by: number) => () => this.step(by);
     this.panes = [new PhotoPane(place.place, "Photograph", h("header", {}, icon_button("back", "Frame before", step(-1), "←"), this.choice, icon_button("step", "Next frame", step(1), "→")), events),
       new PhotoPane(place.place, "Frame", h("header", {}, h("b", {}, "What became of it"), h("span", { class: "hint" }, "The wheel zooms both, a drag moves both.")), events)];
     this.element = h("main", { class: "beside" }, h("div", { class: "panes" }, this.panes.map((pane) => pane.element)));
@@ -30,9 +30,13 @@ export class BesideView implements View {
   on_key(key: string): boolean {
     const by = key === "ArrowRight" ? 1 : key === "ArrowLeft" ? -1 : 0;
     if (key === "f") for (const pane of this.panes) pane.fit();
-    else if (by !== 0) this.show((this.choice.selectedIndex + by + this.pairs.length) % this.pairs.length);
+    else if (by !== 0) this.step(by);
     else return false;
     return true;
+  }
+
+  private step(by: number): void {
+    this.show((this.choice.selectedIndex + by + this.pairs.length) % this.pairs.length);
   }
 
   private show(index: number): void {

@@ -97,6 +97,9 @@ test("those that are dropped on the first page are offered, too, and no folder i
   await dialog().getByLabel("Name of the new folder").fill("paint");
   await dialog().getByRole("button", { name: "Copy and look at them" }).click();
   await until(page, () => document.querySelector("dialog .problem")?.textContent.includes("exists"));
+  await choose(Array.from({ length: 2001 }, (_, i) => ({ name: `${i}.png`, mimeType: "image/png", buffer: Buffer.from("x") })));
+  assert.match(await dialog().locator(".problem").innerText(), /At most 2000 photographs/);
+  assert.ok(await dialog().getByRole("button", { name: "Copy and look at them" }).isDisabled(), "not only the last is refused");
   await page.keyboard.press("Escape");
 });
 

@@ -1,5 +1,6 @@
 // One photograph that is looked at closely: the wheel zooms, a drag moves it, a click marks; markers can be dragged.
 import { preview_url } from "../api";
+import { icon_button } from "../ui/controls";
 import { h, replace, svg } from "../ui/dom";
 import { notice } from "../ui/notices";
 import type { Mark, MarkedPhoto } from "./landmarks";
@@ -25,6 +26,14 @@ export interface PaneEvents {
 export interface PaneView { zoom: number; x: number; y: number }
 /// Left, top, width and height in pixels.
 export type Region = [number, number, number, number];
+
+export const kNudges: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+
+/// The head of a pane: a list of what it can show, with buttons for the one before and the next. @param go  Shows one.
+export function pane_head(choice: HTMLSelectElement, what: string, go: (index: number) => void, keys: string[] = []): HTMLElement {
+  const step = (by: number) => () => go((choice.selectedIndex + by + choice.length) % choice.length);
+  return h("header", {}, icon_button("back", `${what} before`, step(-1), keys[0]), choice, icon_button("step", `Next ${what.toLowerCase()}`, step(1), keys[1]));
+}
 
 /// For shapes over a photograph; pixel centers are whole numbers.
 export function shape_layer(width: number, height: number): SVGElement {

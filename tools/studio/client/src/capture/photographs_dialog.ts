@@ -12,7 +12,7 @@ import { notice, show_error } from "../ui/notices";
 import { is_photograph, kPhotographs, photograph_names, type ChosenFile } from "./photograph_files";
 
 const kPost = "/api/photographs", kFolder = "/api/photographs/folder", kJobs = "/api/jobs";
-const kMost_mb = 128, kMb = 1048576, kLook_ms = 250;
+const kMost_mb = 128, kMost = 2000, kMostOfAll_mb = 8192, kMb = 1048576, kLook_ms = 250;
 
 /// Files that were dropped, those of folders too. Call it while the event is handled.
 export async function dropped_files(data: DataTransfer): Promise<ChosenFile[]> {
@@ -83,7 +83,8 @@ class PhotographsDialog {
     const mb = this.files.reduce((sum, { file }) => sum + file.size, 0) / kMb, others = files.length - good.length;
     this.summary.textContent = this.files.length === 0 ? "" : `${this.files.length === 1 ? "1 file" : `${this.files.length} photographs`}, ${mb < 10 ? mb.toFixed(1) : Math.round(mb)} MB${others > 0 ? `; ${others} other ${others === 1 ? "file is" : "files are"} left out` : ""}`;
     this.problem.textContent = large.length > 0 ? `${large[0]!.file.name}${large.length > 1 ? ` and ${large.length - 1} more` : ""}: larger than ${kMost_mb} MB; copy such files into the folder with other programs.` : files.length > 0 && good.length === 0 ? "There are no photographs among these files." : "";
-    this.accept.disabled = this.files.length === 0;
+    if (this.files.length > kMost || mb > kMostOfAll_mb) this.problem.textContent = `At most ${kMost} photographs and ${kMostOfAll_mb / 1024} GB are copied in this way; copy more into the folder with other programs.`;
+    this.accept.disabled = this.files.length === 0 || this.files.length > kMost || mb > kMostOfAll_mb;
     if (!this.is_named) this.name.value = this.free_name(plain_name(this.files[0]?.path.split("/").slice(-2, -1)[0] ?? "", "photographs").replace(/\.+/g, "_"));
   }
 

@@ -1,7 +1,6 @@
 // Each frame of a history beside the photograph that it was made of, with one zoom.
-import { PhotoPane, roi_shapes, shape_layer, type PaneEvents } from "../capture/photo_pane";
+import { pane_head, PhotoPane, roi_shapes, shape_layer, type PaneEvents } from "../capture/photo_pane";
 import type { BesideInfo, StepsPlace } from "../types";
-import { icon_button } from "../ui/controls";
 import { h } from "../ui/dom";
 import type { View } from "./view";
 
@@ -15,8 +14,7 @@ export class BesideView implements View {
     this.pairs = place.steps.flatMap(({ name, beside }) => (beside ? [{ time: name, beside }] : []));
     this.choice.append(...this.pairs.map(({ time, beside }) => h("option", {}, `${time}, ${beside.photo.name}`)));
     const events: PaneEvents = { on_view: (pane) => { for (const other of this.panes) if (other !== pane) other.view = pane.view; } };
-    const step = (by: number) => () => this.step(by);
-    this.panes = [new PhotoPane(place.place, "Photograph", h("header", {}, icon_button("back", "Frame before", step(-1), "←"), this.choice, icon_button("step", "Next frame", step(1), "→")), events),
+    this.panes = [new PhotoPane(place.place, "Photograph", pane_head(this.choice, "Frame", (index) => this.show(index), ["←", "→"]), events),
       new PhotoPane(place.place, "Frame", h("header", {}, h("b", {}, "What became of it"), h("span", { class: "hint" }, "The wheel zooms both, a drag moves both.")), events)];
     this.element = h("main", { class: "beside" }, h("div", { class: "panes" }, this.panes.map((pane) => pane.element)));
     this.show(0);
@@ -30,13 +28,9 @@ export class BesideView implements View {
   on_key(key: string): boolean {
     const by = key === "ArrowRight" ? 1 : key === "ArrowLeft" ? -1 : 0;
     if (key === "f") for (const pane of this.panes) pane.fit();
-    else if (by !== 0) this.step(by);
+    else if (by !== 0) this.show((this.choice.selectedIndex + by + this.pairs.length) % this.pairs.length);
     else return false;
     return true;
-  }
-
-  private step(by: number): void {
-    this.show((this.choice.selectedIndex + by + this.pairs.length) % this.pairs.length);
   }
 
   private show(index: number): void {

@@ -1,7 +1,7 @@
 // Landmarks of a capture: the same places clicked in photographs that stand beside each other, saved to the project.
 import { get_json, post, url_of } from "../api";
 import { Landmarks, type LandmarksInfo, type Mark, type MarkedPhoto } from "../capture/landmarks";
-import { PhotoPane, type PaneEvents } from "../capture/photo_pane";
+import { kNudges, pane_head, PhotoPane, type PaneEvents } from "../capture/photo_pane";
 import type { PlaceBase } from "../types";
 import { button, icon_button } from "../ui/controls";
 import { h, replace } from "../ui/dom";
@@ -10,7 +10,6 @@ import type { View } from "./view";
 
 const kFewest = 2, kForHomography = 4;  ///< Points that two photographs must share.
 const kAbout = "/api/landmarks";
-const kNudges: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 /// Marks that were not saved when a capture was left, and the state that they were made in.
 const left_unsaved = new Map<string, { state: string; marks: Mark[] }>();
@@ -78,8 +77,7 @@ export class LandmarksView implements View {
       const choice = h("select", { "aria-label": `${name} photograph`, onchange: () => this.show_photo(i, info.photos[choice.selectedIndex]!) },
         info.photos.map((p) => h("option", {}, `${p.name}, ${p.time}`)));
       this.choices.push(choice);
-      const step = (by: number) => () => this.show_photo(i, info.photos[(choice.selectedIndex + by + info.photos.length) % info.photos.length]!);
-      return new PhotoPane(this.place.place, `${name} photograph`, h("header", {}, icon_button("back", "Photograph before", step(-1)), choice, icon_button("step", "Next photograph", step(1))), events);
+      return new PhotoPane(this.place.place, `${name} photograph`, pane_head(choice, "Photograph", (index) => this.show_photo(i, info.photos[index]!)), events);
     });
     replace(this.element, h("aside", { class: "panel", "aria-label": "Points" }, h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, "landmarks")),
       h("p", { class: "about" }, `Click a place in the left photograph, and the same place in the right one. The wheel zooms, a drag moves the picture or a marker. ${kFewest} points that two photographs share tell shift, turn and scale; ${kForHomography} tell the view.`),

@@ -3,11 +3,11 @@ import { get_json, post, post_file, url_of } from "../api";
 import type { Mark } from "../capture/landmarks";
 import { color_region, kMostSteps, Mask } from "../capture/mask";
 import { mask_file, MaskLayer, pixels_of, read_mask } from "../capture/mask_layer";
-import { PhotoPane, roi_shapes, shape_layer } from "../capture/photo_pane";
+import { kNudges, pane_head, PhotoPane, roi_shapes, shape_layer } from "../capture/photo_pane";
 import { corners_of, kMembers, members_of, parse_roi, project_text, roi_between, texel_size, type Members, type ProjectInfo } from "../capture/project";
 import { job_buttons } from "../jobs/job_buttons";
 import type { PlaceBase } from "../types";
-import { button, icon_button, segmented, slider, toggle } from "../ui/controls";
+import { button, segmented, slider, toggle } from "../ui/controls";
 import { h, replace, svg, type Child } from "../ui/dom";
 import { failure, notice, show_error } from "../ui/notices";
 import { number_text, parse_number, unique_id } from "../ui/numbers";
@@ -16,7 +16,6 @@ import type { View } from "./view";
 type Tool = "crop" | "mask" | "scale" | "chart";
 const kAbout = "/api/project", kMostPixels = 120e6;
 const kCorners = ["the outer corner of the first patch (dark skin)", "the corner at the other end of its row (bluish green)", "the corner across from the first (black)", "the last corner (white)"];
-const kNudges: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const same = (a: unknown, b: unknown): boolean => JSON.stringify(a) === JSON.stringify(b);
 const tenth = (v: number): number => Math.round(10 * v) / 10;
 
@@ -97,9 +96,8 @@ export class PrepareView implements View {
     this.masks = new MaskLayer(this.mask);
     this.masks.show(this.mask.whole);
     this.radius = Math.max(2, Math.round(info.width / 40));
-    const step = (by: number) => () => this.show_photo((this.choice.selectedIndex + by + photos.length) % photos.length);
     replace(this.choice, photos.map((p) => h("option", {}, `${p.name}, ${p.time}`)));
-    const pane = this.pane = new PhotoPane(this.place.place, "Photograph", h("header", {}, icon_button("back", "Photograph before", step(-1)), this.choice, icon_button("step", "Next photograph", step(1))), {
+    const pane = this.pane = new PhotoPane(this.place.place, "Photograph", pane_head(this.choice, "Photograph", (index) => this.show_photo(index)), {
       draws: () => this.tool === "crop" || (this.tool === "mask" && this.way === "brush"),
       on_draw: (phase, x, y) => this.draw(phase, x, y), on_hover: (x, y) => this.hover(x, y), on_mark: (_, x, y) => this.click(x, y),
       on_choose: (_, point) => { this.active = point; this.show(); }, on_grab: (_, point) => { this.remember(); this.active = point; },

@@ -191,9 +191,11 @@ test("what is set while the page saves stays set, and so does what is not saved 
   await drag([20, 20], [60, 60]);
   await page.keyboard.press("Control+s");
   await drag([7.5, 9.5], [71.5, 57.5]);
+  await page.keyboard.press("Control+s");
   go();
   await until(page, () => !document.querySelector(".prepare button.primary").disabled);
   assert.notDeepEqual((await project()).roi, [8, 10, 64, 48]);
+  assert.equal(await page.locator(".notice.error").count(), 0, "nothing is saved twice at once");
   assert.deepEqual((await draft()).roi, [8, 10, 64, 48]);
   await page.unroute("**/api/project?*");
   await save();

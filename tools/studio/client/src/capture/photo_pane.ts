@@ -67,7 +67,7 @@ export class PhotoPane {
   constructor(private readonly place: string, name: string, head: HTMLElement, private readonly events: PaneEvents) {
     this.stage = h("div", { class: "photo-stage", role: "application", tabindex: "0", "aria-label": `${name}: the wheel zooms, a drag moves${events.on_mark ? ", a click marks a point" : ""}` }, this.image, this.layer, this.markers);
     this.element = h("section", { class: "photo-pane", "aria-label": name }, head, this.stage);
-    this.image.addEventListener("load", () => { this.image.hidden = false; this.place_all(); });
+    this.image.addEventListener("load", () => { this.image.hidden = false; this.resized(); this.place_all(); });
     this.image.addEventListener("error", () => notice(`${this.image.alt} cannot be shown.`, "error"));
     this.stage.addEventListener("wheel", (e) => this.wheel(e), { passive: false });
     this.stage.addEventListener("pointerdown", (e) => this.press(e));

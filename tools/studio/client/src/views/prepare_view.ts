@@ -31,6 +31,7 @@ export class PrepareView implements View {
   private mask_state = 0;        ///< Another number after each change of the mask.
   private saved_mask_state = 0;  ///< That of the mask on the disk.
   private num_mask_states = 0;
+  private is_saving = false;
   private chart_way: "none" | "auto" | "corners" = "none";
   private pane: PhotoPane | undefined;
   private tool: Tool = "crop";
@@ -256,8 +257,8 @@ export class PrepareView implements View {
   }
 
   private async save(): Promise<void> {
-    if (!this.is_changed || this.from) return;
-    this.save_button.disabled = true;
+    if (!this.is_changed || this.from || this.is_saving) return;
+    this.save_button.disabled = this.is_saving = true;
     const place = this.place.place;
     try {
       const is_all = this.mask.is_everything, is_masked = this.is_masked, mask_state = this.mask_state;
@@ -275,6 +276,7 @@ export class PrepareView implements View {
     } catch (error) {
       show_error(error, kAbout);
     }
+    this.is_saving = false;
     this.show();
   }
 
@@ -302,7 +304,7 @@ export class PrepareView implements View {
     this.pane!.set_marks(this.marks(), this.active);
     this.pane!.element.classList.toggle("brushing", this.tool === "mask" && this.way === "brush");
     this.undo_button.disabled = this.undos.length === 0;
-    this.save_button.disabled = !this.is_changed;
+    this.save_button.disabled = !this.is_changed || this.is_saving;
     this.jobs.inert = this.is_changed;  // They read what is saved.
     const mask = this.mask.is_everything && this.is_masked ? null : this.is_masked ? "masks/..." : this.info.mask;
     this.said.textContent = project_text(this.draft, mask) || "(nothing of this)";

@@ -20,13 +20,10 @@ void put_on(const Scene& from, std::size_t layer, Scene& scene) {
   }
 }
 
-/// Without meshes and maps, which are the substrates'.
+/// Without color, gloss and height maps, which are the substrates'.
 Scene without_surfaces(const Scene& scene) {
   Scene copy = scene;
-  for (SceneObject& object : copy.objects) {
-    object.mesh = {};
-    object.color_map = object.specular_map = object.height_map = {};
-  }
+  for (SceneObject& object : copy.objects) object.color_map = object.specular_map = object.height_map = {};
   return copy;
 }
 

@@ -183,6 +183,26 @@ TEST(Layers, AnOutermostLayerShowsAndItsThicknessIsHeight) {
   EXPECT_EQ(simulation.compose().codes()[texel] & 0xFFFFFF, steel.compose().codes()[texel] & 0xFFFFFF);
 }
 
+TEST(Layers, ACoatHasItsPattern) {
+  Scene scene = weathered_plate();
+  Preset& look = scene.objects[0].layers[kPaint].look;
+  look.second_color = Vec3(0.9, 0.1, 0.1);
+  look.pattern = "spots";
+  Simulation simulation(scene);
+  const SurfaceAtlas& surface = simulation.atlas().surface();
+  const std::span<const std::uint32_t> codes = simulation.compose().codes();
+  int least = 255, most = 0;
+  for (TexelIndex t = 0; t < surface.triangles().size(); ++t) {
+    if (surface.triangles()[t] < 0) continue;
+    const int red = static_cast<int>(codes[t] & 255);
+    least = std::min(least, red);
+    most = std::max(most, red);
+  }
+  // sRGB codes of 0.05 and 0.9 linear are 63 and 243; noise of five octaves covers most of [0, 1].
+  EXPECT_LT(least, 120);
+  EXPECT_GT(most, 200);
+}
+
 TEST(Layers, OneThatLostItsAdhesionFallsOffWithWhatLiesOnIt) {
   Scene scene = coated_plate();
   Rule rule{.name = "loosening", .driver = "1", .rate = 1.0, .layer = "primer"};

@@ -96,7 +96,7 @@ class Combine(unittest.TestCase):
         self.refused(USAGE, "found 3 histories; expected two", "combine", "one", "two", "one", "--where", "thickness")
         self.refused(USAGE, "leave out --control", "combine", "one", "two", "--where", "thickness", "--texel-size", "1")
         self.refused(USAGE, "leave out --control", "combine", "one", "two", "--where", "thickness", "--control", "a=thickness,thickness")
-        self.refused(USAGE, "where `thicknes`: position 1: unknown name `thicknes`; did you mean `thickness`", "combine", "one", "two", "--where", "thicknes")
+        self.refused(USAGE, "where `thicknes`: position 1: unknown name `thicknes`; there are `thickness`", "combine", "one", "two", "--where", "thicknes")
 
     def test_one_history_inside_another_is_a_history(self):
         result = run("history", "combine", "one", "two", "--where", "smoothstep(0.4, 0.6, thickness)", "-o", self.folder / "layers")

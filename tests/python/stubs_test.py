@@ -43,7 +43,7 @@ OF_THE_PROGRAM = {"fit field", "studio", "cluster plan", "cluster run", "cluster
 
 class Says(PythonCase):
     def test_every_command_has_a_function_or_a_reason(self):
-        commands = re.findall(r"^## ([a-z]+(?: [a-z]+)?)$", self.run_patinate("help", "--markdown"), re.MULTILINE)
+        commands = re.findall(r"^## ([a-z-]+(?: [a-z-]+)?)$", self.run_patinate("help", "--markdown"), re.MULTILINE)
         self.assertEqual(sorted(commands), sorted([*FUNCTION_OF, *OF_THE_PROGRAM]))
         for command, name in FUNCTION_OF.items():
             place = patinate

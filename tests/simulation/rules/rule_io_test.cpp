@@ -89,7 +89,7 @@ TEST(RuleIo, SaysWhereAndWhatIsWrong) {
   EXPECT_TRUE(has(says(R"({"name": "evaporation", "rate": -1})"), "scene.json: /rules/0/rate: found -1"));
   EXPECT_TRUE(has(says(R"({"name": "evaporation", "rade": 1})"), "/rules/0/rade: unknown key; did you mean `rate`?"));
   EXPECT_TRUE(has(says(R"_({"name": "rust", "driver": "min(watr, metal)"})_"),
-                  "position 5: unknown material or parameter `watr`; did you mean `water`?"));
+                  "position 5: unknown material or parameter `watr`; there are `water`"));
   EXPECT_TRUE(has(says(R"({"name": "rust", "products": {"rusd": 1}})"),
                   "`rusd` is none of the scene's materials; did you mean `rust`?"));
   EXPECT_TRUE(has(says(R"({"name": "rust", "products": {"rust": "much"}})"), "/rules/0/products/rust: found \"much\""));

@@ -156,7 +156,7 @@ int cmd_help(CommandRun& run) {
   run.line.option("schema", "KIND", "The JSON Schema of a kind of file that patinate writes", schema);
   run.line.suggestions(schema_names());
   run.line.without({"threads", "seed", "json", "quiet", "verbose", "force", "dry_run", "config"});
-  run.line.example("help lookup");
+  run.line.example("help texture");
   if (!run.parse()) return 0;
   if (man) {
     run.print(manual_roff(all_declarations(), PATINATE_VERSION));

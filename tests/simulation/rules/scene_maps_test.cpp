@@ -249,12 +249,11 @@ TEST(SceneMaps, WhatCannotBeIsNamed) {
   EXPECT_TRUE(has(says([](Scene& s) { s.maps.push_back(s.maps[0]); }), "two maps are called 'grain'"));
   EXPECT_TRUE(has(says([](Scene& s) { s.objects[0].initial[0] = "water"; }),
                   "initial water of object 'plate' `water`: position 1: unknown map `water`"));
-  EXPECT_TRUE(
-      has(says([](Scene& s) {
-            s.rules = {testing_support::rust_rule(1)};
-            s.rules[0].where = "grian";
-          }),
-          "rule 'rust': where `grian`: position 1: unknown material or parameter `grian`; there are "));
+  EXPECT_TRUE(has(says([](Scene& s) {
+                    s.rules = {testing_support::rust_rule(1)};
+                    s.rules[0].where = "grian";
+                  }),
+                  "rule 'rust': where `grian`: position 1: unknown material or parameter `grian`; there are "));
 }
 
 }  // namespace

@@ -18,7 +18,8 @@ namespace patinate::capture {
 /// than the reference, the photograph is sampled by Catmull-Rom cubics as resample_frame() does.
 /// @param shown  Becomes width x height: 255 where the photograph reaches all of the footprint, else 0 (the nearest
 /// values are stored).
-/// @param reference_from_photo  Of pixel centers; must be invertible. @throws InvalidInput.
+/// @param photo  H x W x 1 or 3. @param reference_from_photo  Of pixel centers; must be invertible.
+/// @throws InvalidInput if either is not so.
 [[nodiscard]] ImageF lay_photo(const ImageF& photo, const Eigen::Matrix3d& reference_from_photo, int width, int height,
                                ImageU8& shown, const RunControl& control = {});
 

@@ -70,6 +70,11 @@ std::optional<SeenObject> seen_object(const fs::path& photograph) {
   }
   if (largest == 0) return std::nullopt;
   const double area = figures.at<int>(largest, cv::CC_STAT_AREA);
+  const auto spans = [&](int begin, int length, int side) {  // A band across the picture belongs to a sample.
+    return figures.at<int>(largest, begin) == 0 && figures.at<int>(largest, length) == side;
+  };
+  if (spans(cv::CC_STAT_LEFT, cv::CC_STAT_WIDTH, codes.width())) return std::nullopt;
+  if (spans(cv::CC_STAT_TOP, cv::CC_STAT_HEIGHT, codes.height())) return std::nullopt;
   seen.mask = labels == largest;
   seen.share = area / static_cast<double>(codes.num_pixels());
   const bool is_whole = area >= kMinWhole * cv::countNonZero(other);

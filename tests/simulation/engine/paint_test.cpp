@@ -221,7 +221,7 @@ TEST(Paint, NamesWhatCannotPaint) {
   Simulation simulation(painted_plate());
   EXPECT_TRUE(has(error_of([&] { simulation.paint("rain", Vec3(0, 0, 0)); }), "whole sky"));
   EXPECT_TRUE(has(error_of([&] { simulation.paint("nobody", Vec3(0, 0, 0)); }), "no emitter called 'nobody'"));
-  EXPECT_TRUE(has(error_of([&] { simulation.paint("brush", Vec3(0, std::nan(""), 0)); }), "no number"));
+  EXPECT_TRUE(has(error_of([&] { simulation.paint("brush", Vec3(0, std::nan(""), 0)); }), "must be finite"));
   EXPECT_EQ(simulation.num_paint_steps(), 0);
 }
 

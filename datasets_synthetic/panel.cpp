@@ -68,6 +68,7 @@ void describe(OptionVisitor& v, PanelOptions& o) {
           o.edge_rust);
   v.visit({"stains", "Area at the end that rust-colored stains tint, of the test area", "%", between(0, 40)}, o.stains);
   v.visit({"scribe", "Cut through the paint from which corrosion creeps"}, o.scribe);
+  v.visit({"cross", "Cut a second scribe across the first"}, o.cross);
   v.visit({"creep", "Mean creep at the end from each side of the scribe", "mm", at_least(0)}, o.creep_mm);
   v.visit({"cracks", "Length of cracks at the end in each square millimeter", "mm/mm2", between(0, 2)},
           o.crack_density);
@@ -91,6 +92,7 @@ void check_panel(const PanelOptions& o) {
     throw InvalidInput("edge: " + number_text(o.edge_mm) + " mm leave no test area on a panel of " +
                        number_text(o.width_mm()) + " x " + number_text(o.height_mm()) + " mm; use less");
   }
+  if (o.cross && !o.scribe) throw InvalidInput("cross: needs a scribe");
   if (o.edge_rust > 0.0 && !(o.edge_mm > 0.0)) throw InvalidInput("edge_rust: needs an edge wider than 0 mm");
   check_color("paint", o.paint);
   check_color("color_change", paint_lab(o, o.hours));
@@ -107,11 +109,12 @@ PanelFigures panel_figures(const PanelLayout& layout, const PanelMarks& marks, d
     figures.crack_mm_per_mm2 = crack_length(layout.cracks, o, hours) / o.test_area_mm2();
     figures.crack_area_percent = percent(count_samples(marks.cracks, layout.test_area), in_test);
   }
-  if (layout.scribe) {
-    const double grown = mark_growth(hours, 0.0, o.hours);
-    figures.creep_left_mm = grown * mean_of(layout.scribe->left_mm);
-    figures.creep_right_mm = grown * mean_of(layout.scribe->right_mm);
-    figures.creep_max_mm = grown * largest_creep(*layout.scribe);
+  const double grown = mark_growth(hours, 0.0, o.hours);
+  for (const PanelScribe& scribe : layout.scribes) {
+    const double part = grown / static_cast<double>(layout.scribes.size());
+    figures.creep_left_mm += part * mean_of(scribe.left_mm);
+    figures.creep_right_mm += part * mean_of(scribe.right_mm);
+    figures.creep_max_mm = std::max(figures.creep_max_mm, grown * largest_creep(scribe));
   }
   return figures;
 }
@@ -148,7 +151,7 @@ ImageF test_area_shares(const PanelLayout& layout) {
 
 Panel make_panel(const PanelOptions& options, const RunControl& control) {
   PanelLayout layout = lay_out_panel(options, control);
-  Panel panel{.options = options, .spots = panel_spots(layout), .cracks = layout.cracks, .scribe = layout.scribe};
+  Panel panel{.options = options, .spots = panel_spots(layout), .cracks = layout.cracks, .scribes = layout.scribes};
   panel.test_area = test_area_shares(layout);
   for (int i = 0; i < options.num_frames; ++i) {
     panel.frames.push_back(panel_frame(layout, i, control));

@@ -110,7 +110,8 @@ Json panel_truth_json(const PanelLayout& layout, const RunControl& control) {
       {"file", "test_area.exr"}, {"mm2", o.test_area_mm2()}, {"panel_mm2", o.width_mm() * o.height_mm()}};
   json["specular"] = PanelFigures::kF0;
   json["spots"] = spots_json(panel_spots(layout));
-  if (layout.scribe) json["scribe"] = scribe_json(*layout.scribe);
+  for (const PanelScribe& scribe : layout.scribes)
+    json[json.contains("scribe") ? "scribe_across" : "scribe"] = scribe_json(scribe);
   if (!layout.cracks.empty()) json["cracks"] = cracks_json(layout.cracks);
   json["frames"] = Json::array();
   for (int i = 0; i < o.num_frames; ++i) {

@@ -50,14 +50,14 @@ SpotOutline sized_spot(const PanelOptions& o, const SpotSizes& sizes, std::uint6
   return spot;
 }
 
-bool is_clear_of_scribe(const PanelOptions& o, const std::optional<PanelScribe>& scribe, const SpotOutline& spot) {
-  if (!scribe) return true;
+bool is_clear_of_scribes(const PanelOptions& o, const std::vector<PanelScribe>& scribes, const SpotOutline& spot) {
   const double reach = spot.reach * spot.radius_px * o.pixel_mm + kClearOfScribeMm;
-  const double half = 0.5 * scribe->width_mm + largest_creep(*scribe) + reach;
-  const double x = spot.x_px * o.pixel_mm, y = spot.y_px * o.pixel_mm;
-  return x < std::min(scribe->from_mm.x(), scribe->to_mm.x()) - half ||
-         x > std::max(scribe->from_mm.x(), scribe->to_mm.x()) + half || y < scribe->from_mm.y() - reach ||
-         y > scribe->to_mm.y() + reach;
+  const Vec2 place = o.pixel_mm * Vec2(spot.x_px, spot.y_px);
+  return std::all_of(scribes.begin(), scribes.end(), [&](const PanelScribe& scribe) {
+    const Vec2 way = scribe.to_mm - scribe.from_mm, along = way.normalized(), beyond = place - scribe.from_mm;
+    const double s = beyond.dot(along), n = std::abs(beyond.x() * along.y() - beyond.y() * along.x());
+    return n > 0.5 * scribe.width_mm + largest_creep(scribe) + reach || s < -reach || s > way.norm() + reach;
+  });
 }
 
 /// Places in the test area or beside it: anywhere, or in the test area around a few middles.
@@ -91,7 +91,7 @@ class Places {
 };
 
 /// Spots whose middles lie all in the test area, or all beside it.
-void add_spots(std::vector<SpotOutline>& spots, const PanelOptions& o, const std::optional<PanelScribe>& scribe,
+void add_spots(std::vector<SpotOutline>& spots, const PanelOptions& o, const std::vector<PanelScribe>& scribes,
                const Places& places, int count, bool in_test) {
   const std::size_t first = spots.size();
   for (std::size_t i = first; i < first + static_cast<std::size_t>(count); ++i) {
@@ -101,7 +101,7 @@ void add_spots(std::vector<SpotOutline>& spots, const PanelOptions& o, const std
       const Vec2 place = places.draw(random, in_test);
       spot.x_px = place.x();
       spot.y_px = place.y();
-      if (in_test_area(o, place * o.pixel_mm) != in_test || !is_clear_of_scribe(o, scribe, spot)) continue;
+      if (in_test_area(o, place * o.pixel_mm) != in_test || !is_clear_of_scribes(o, scribes, spot)) continue;
       spots.push_back(spot);
       break;
     }
@@ -109,16 +109,16 @@ void add_spots(std::vector<SpotOutline>& spots, const PanelOptions& o, const std
 }
 
 /// Spreads spots as densely beside the test area as in it, but for spots in a few places, which lie in it.
-std::vector<SpotOutline> spread_spots(const PanelOptions& o, const std::optional<PanelScribe>& scribe,
+std::vector<SpotOutline> spread_spots(const PanelOptions& o, const std::vector<PanelScribe>& scribes,
                                       double in_test_mm2, double beside_mm2) {
   const int count = spot_count(spot_sizes(o), o.rust, in_test_mm2);
   const Places places(o, count);
   std::vector<SpotOutline> spots;
-  add_spots(spots, o, scribe, places, count, true);
+  add_spots(spots, o, scribes, places, count, true);
   if (count > 0 && spots.empty()) throw InvalidInput("creep: leaves no room for rust beside the scribe; use less");
   if (o.pattern != RustPattern::Spot) {
     const int beside = static_cast<int>(std::min(1e6, std::floor(count * beside_mm2 / in_test_mm2)));
-    add_spots(spots, o, scribe, places, beside, false);
+    add_spots(spots, o, scribes, places, beside, false);
   }
   return spots;
 }
@@ -161,12 +161,12 @@ void scale_to(std::vector<SpotOutline>& spots, const PanelOptions& o, double wan
   for (SpotOutline& spot : spots) spot.radius_px *= factor;
 }
 
-std::vector<SpotOutline> all_spots(const PanelOptions& o, const std::optional<PanelScribe>& scribe,
+std::vector<SpotOutline> all_spots(const PanelOptions& o, const std::vector<PanelScribe>& scribes,
                                    const SampleFrame& test, const RunControl& control) {
   const double mm2 = o.pixel_mm * o.pixel_mm / kSamplesPerPixel;
   const auto in_test = static_cast<double>(test.num_samples());
   const double outside = static_cast<double>(o.width) * o.height * kSamplesPerPixel - in_test;
-  std::vector<SpotOutline> spots = spread_spots(o, scribe, in_test * mm2, outside * mm2);
+  std::vector<SpotOutline> spots = spread_spots(o, scribes, in_test * mm2, outside * mm2);
   scale_to(spots, o, 0.01 * o.rust * in_test, test, false, control);
   std::vector<SpotOutline> edge = edge_spots(o, outside * mm2);
   scale_to(edge, o, 0.01 * o.edge_rust * outside, test, true, control);
@@ -215,13 +215,12 @@ void add_paint(PanelLayout& layout, const RunControl& control) {
 PanelLayout lay_out_panel(const PanelOptions& o, const RunControl& control) {
   check_panel(o);
   const SampleFrame test_area(o.width, o.height, o.edge_mm / o.pixel_mm);
-  std::optional<PanelScribe> scribe;
-  if (o.scribe) scribe = make_scribe(o);
-  const std::vector<SpotOutline> spots = all_spots(o, scribe, test_area, control);
+  const std::vector<PanelScribe> scribes = make_scribes(o);
+  const std::vector<SpotOutline> spots = all_spots(o, scribes, test_area, control);
   PanelLayout layout{.options = o,
                      .test_area = test_area,
                      .spots = spots,
-                     .scribe = scribe,
+                     .scribes = scribes,
                      .stains = Stains(o, spots, test_area, control),
                      .rust = RustTexture(o)};
   if (o.crack_density > 0.0) layout.cracks = make_cracks(o);
@@ -241,9 +240,9 @@ PanelMarks marks_at(const PanelLayout& layout, double hours, const RunControl& c
       }
     }
   }
-  if (layout.scribe) {
-    marks.scribe = draw_scribe(*layout.scribe, o, hours, control);
-    marks.cut = draw_scribe(*layout.scribe, o, 0.0, control).samples;
+  if (!layout.scribes.empty()) {
+    marks.scribe = draw_scribes(layout.scribes, o, hours, control);
+    marks.cut = draw_scribes(layout.scribes, o, 0.0, control).samples;
   }
   if (!layout.cracks.empty()) marks.cracks = draw_cracks(layout.cracks, o, hours);
   if (!layout.stains.empty()) marks.stain = layout.stains.draw(hours, 1.0, control);

@@ -19,7 +19,7 @@ struct PanelLayout {
   PanelOptions options;
   SampleFrame test_area;
   std::vector<SpotOutline> spots = {};
-  std::optional<PanelScribe> scribe = {};
+  std::vector<PanelScribe> scribes = {};
   std::vector<PanelCrack> cracks = {};
   Stains stains;
   RustTexture rust;

@@ -13,8 +13,10 @@ namespace {
 
 constexpr std::uint32_t kScribeStream = 1510, kCreepStream = 1511, kCrackStream = 1516;  // Streams of random numbers.
 constexpr std::int64_t kScribeRows = 16;
-constexpr double kScribeWidthMm = 0.5;   ///< Width of common scribing tools [ISO 17872: 0.2 to 1 mm].
-constexpr double kScribeLength = 0.9;    ///< Share of the test area's height.
+constexpr double kScribeWidthMm = 0.5;  ///< Width of common scribing tools [ISO 17872: 0.2 to 1 mm].
+constexpr double kScribeLength = 0.9;   ///< Share of the test area's height.
+/// Angle from upright of two scribes that cross; ours: laboratories cut an X by hand.
+constexpr double kCrossLean = 40.0 * std::numbers::pi / 180.0;
 constexpr double kProfileStepMm = 0.05;  ///< Between values of the profile of creep.
 constexpr double kTaperMm = 1.5;         ///< Within which creep grows from nothing at the ends.
 constexpr double kMinCreep = 0.02;       ///< In units of the mean.
@@ -122,19 +124,29 @@ double largest_creep(const PanelScribe& scribe) {
                   *std::max_element(scribe.right_mm.begin(), scribe.right_mm.end()));
 }
 
-PanelScribe make_scribe(const PanelOptions& o) {
+std::vector<PanelScribe> make_scribes(const PanelOptions& o) {
+  if (!o.scribe) return {};
   RandomStream random(static_cast<std::uint64_t>(o.seed), 0, kScribeStream);
   const double tilt = (2.0 * random.uniform() - 1.0) * 3.0 * std::numbers::pi / 180.0;
-  const double length = kScribeLength * (o.height_mm() - 2.0 * o.edge_mm);
+  const double side = o.cross ? std::min(o.width_mm(), o.height_mm()) : o.height_mm();
+  const double length = kScribeLength * (side - 2.0 * o.edge_mm);
   const Vec2 middle(0.5 * o.width_mm(), 0.5 * o.height_mm());
-  const Vec2 half = 0.5 * length * Vec2(std::sin(tilt), std::cos(tilt));
-  return {.from_mm = middle - half,
-          .to_mm = middle + half,
-          .width_mm = kScribeWidthMm,
-          .step_mm = length / profile_steps(length),
-          .left_mm = creep_profile(o, length, 0),
-          .right_mm = creep_profile(o, length, 1)};
+  std::vector<PanelScribe> scribes;
+  for (const double lean : o.cross ? std::vector{kCrossLean, -kCrossLean} : std::vector{0.0}) {
+    const double angle = tilt + lean;
+    const Vec2 half = 0.5 * length * Vec2(std::sin(angle), std::cos(angle));
+    const auto first_side = static_cast<std::uint32_t>(10 * scribes.size());
+    scribes.push_back({.from_mm = middle - half,
+                       .to_mm = middle + half,
+                       .width_mm = kScribeWidthMm,
+                       .step_mm = length / profile_steps(length),
+                       .left_mm = creep_profile(o, length, first_side),
+                       .right_mm = creep_profile(o, length, first_side + 1)});
+  }
+  return scribes;
 }
+
+namespace {
 
 Marks draw_scribe(const PanelScribe& scribe, const PanelOptions& o, double hours, const RunControl& control) {
   const double grown = mark_growth(hours, 0.0, o.hours), mm = o.pixel_mm;
@@ -165,6 +177,21 @@ Marks draw_scribe(const PanelScribe& scribe, const PanelOptions& o, double hours
       }
     }
   });
+  return marks;
+}
+
+}  // namespace
+
+Marks draw_scribes(const std::vector<PanelScribe>& scribes, const PanelOptions& o, double hours,
+                   const RunControl& control) {
+  Marks marks = draw_scribe(scribes.front(), o, hours, control);
+  for (std::size_t k = 1; k < scribes.size(); ++k) {
+    const Marks other = draw_scribe(scribes[k], o, hours, control);
+    for (std::size_t i = 0; i < marks.samples.values().size(); ++i) {
+      marks.samples.values()[i] |= other.samples.values()[i];
+      marks.inside_px.data()[i] = std::max(marks.inside_px.data()[i], other.inside_px.data()[i]);
+    }
+  }
   return marks;
 }
 

@@ -48,13 +48,14 @@ struct Marks {
 [[nodiscard]] Marks draw_spots(const std::vector<SpotOutline>& spots, const PanelOptions& o, bool is_edge, double hours,
                                double scale, bool wants_inside, const RunControl& control);
 
-/// Scribe at the test area's middle, a few degrees from upright. Its creep is uneven, and tapers off at its ends.
-[[nodiscard]] PanelScribe make_scribe(const PanelOptions& o);
+/// Scribes at the test area's middle: none, one a few degrees from upright, or two that cross. Their creep is uneven,
+/// and tapers off at their ends.
+[[nodiscard]] std::vector<PanelScribe> make_scribes(const PanelOptions& o);
 /// Largest creep of both sides at the end, mm.
 [[nodiscard]] double largest_creep(const PanelScribe& scribe);
-/// The cut and what has crept from it.
-[[nodiscard]] Marks draw_scribe(const PanelScribe& scribe, const PanelOptions& o, double hours,
-                                const RunControl& control);
+/// The cuts and what has crept from them. @param scribes  At least one.
+[[nodiscard]] Marks draw_scribes(const std::vector<PanelScribe>& scribes, const PanelOptions& o, double hours,
+                                 const RunControl& control);
 
 /// Cracks that wander through the test area; they end at the panel's edges. Their length within the test area at the
 /// end is the one asked for.

@@ -176,7 +176,7 @@ TEST(Panel, CreepHasItsMeanOnEachSideOfTheScribe) {
   o.scribe = true;
   o.creep_mm = 1.5;
   const Panel panel = make_panel(o);
-  const PanelScribe& scribe = *panel.scribe;
+  const PanelScribe& scribe = panel.scribes.at(0);
   const double length = (scribe.to_mm - scribe.from_mm).norm();
   EXPECT_NEAR(length, 0.9 * 16.0, 1e-9);
   EXPECT_NEAR(scribe.step_mm * static_cast<double>(scribe.left_mm.size() - 1), length, 1e-9);
@@ -193,6 +193,30 @@ TEST(Panel, CreepHasItsMeanOnEachSideOfTheScribe) {
   EXPECT_GE(panel.frames.back().figures.creep_max_mm, most);
   EXPECT_NEAR(panel.frames.back().figures.rusted_percent,
               100.0 * area_mm2(panel.frames.back().scribe, o) / (o.width_mm() * o.height_mm()), 1e-4);
+}
+
+TEST(Panel, ScribesThatCrossMeetInTheMiddleAndCreepAlike) {
+  PanelOptions o = small_panel();
+  o.rust = 0.0;
+  o.scribe = true;
+  o.cross = true;
+  o.creep_mm = 0.5;
+  const Panel panel = make_panel(o);
+  ASSERT_EQ(panel.scribes.size(), 2U);
+  const double length = 0.9 * 16.0, wide = 0.5 + 2.0 * 0.5;
+  for (const PanelScribe& scribe : panel.scribes) {
+    EXPECT_NEAR((scribe.to_mm - scribe.from_mm).norm(), length, 1e-9);
+    EXPECT_NEAR((0.5 * (scribe.to_mm + scribe.from_mm) - Vec2(0.5 * o.width_mm(), 0.5 * o.height_mm())).norm(), 0.0,
+                1e-9);
+  }
+  const PanelFigures& last = panel.frames.back().figures;
+  EXPECT_NEAR(last.creep_left_mm, 0.5, 1e-9);
+  EXPECT_NEAR(last.creep_right_mm, 0.5, 1e-9);
+  // Both cover `wide`, and share a rhombus where they cross at 80 degrees; creep is uneven, so that its size is known
+  // to the largest creep.
+  const double shared = wide * wide / std::sin(80.0 * std::numbers::pi / 180.0);
+  const double most = std::pow(0.5 + 2.0 * last.creep_max_mm, 2.0) / std::sin(80.0 * std::numbers::pi / 180.0);
+  EXPECT_NEAR(area_mm2(panel.frames.back().scribe, o), 2.0 * length * wide - shared, most);
 }
 
 TEST(Panel, PhotographedPaintHasItsColorAndTheNoiseItsDeviation) {
@@ -336,6 +360,7 @@ TEST(Panel, OptionsThatDoNotFitAreRefusedInOneLine) {
             "edge: 10 mm leave no test area on a panel of 10 x 10 mm; use less");
   EXPECT_NE(refusal({.paint = {50.0, 90.0, -100.0}}).find("outside of sRGB"), std::string::npos);
   EXPECT_NE(refusal({.edge_mm = 0.0, .edge_rust = 1.0}).find("edge_rust"), std::string::npos);
+  EXPECT_EQ(refusal({.cross = true}), "cross: needs a scribe");
   EXPECT_NE(refusal({.scribe = true, .creep_mm = 40.0}).find("creep"), std::string::npos);
   for (const PanelOptions& o : {PanelOptions{.pixel_mm = 0.0}, PanelOptions{.rust = 61.0}, PanelOptions{.rust = -1.0},
                                 PanelOptions{.blur_px = std::nan("")}, PanelOptions{.spot_mm = 0.0}}) {

@@ -39,6 +39,7 @@ struct PanelOptions {
   double edge_rust = 0.0;           ///< Edge rust on what is not test area, at the end, percent of that; [0, 60].
   double stains = 0.0;              ///< Share of the test area that rust-colored stains tint, percent; [0, 40].
   bool scribe = false;              ///< A cut through the paint, 0.5 mm wide and 0.9 times the test area's height long.
+  bool cross = false;               ///< A second cut of that length across it; each 40 degrees from upright.
   double creep_mm = 2.0;            ///< Mean corrosion at the end beside the scribe, each side; >= 0.
   double crack_density = 0.0;       ///< Length of cracks at the end, mm per mm2 of the test area; [0, 2].
   double crack_width_mm = 0.2;      ///< Mean width of cracks; > 0.
@@ -95,7 +96,7 @@ struct PanelFigures {
   double stain_test_percent = 0.0;  ///< Share of the test area where stains hide at least kVisibleStain, rusted or not.
   double crack_mm_per_mm2 = 0.0;    ///< Of the test area.
   double crack_area_percent = 0.0;  ///< Of the test area.
-  double creep_left_mm = 0.0;       ///< Mean over the length of the scribe.
+  double creep_left_mm = 0.0;       ///< Mean over the length of the scribe, or of both.
   double creep_right_mm = 0.0;
   double creep_max_mm = 0.0;  ///< Largest creep of both sides.
   std::array<double, 3>
@@ -109,7 +110,7 @@ struct PanelFigures {
 struct PanelFrame {
   ImageU8 photo;  ///< 3 channels, sRGB.
   ImageF rust;    ///< Share of each pixel that spots and edge rust cover.
-  ImageF scribe;  ///< Share that the scribe and what has crept from it cover; empty without a scribe.
+  ImageF scribe;  ///< Share that scribes and what has crept from them cover; empty without a scribe.
   ImageF stain;   ///< Opacity of stains, [0, 1); empty without stains.
   ImageF cracks;  ///< Share of each pixel that cracks cover; empty without cracks.
   PanelFigures figures;
@@ -120,8 +121,8 @@ struct Panel {
   PanelOptions options;
   std::vector<PanelSpot> spots;
   std::vector<PanelCrack> cracks;
-  std::optional<PanelScribe> scribe;
-  ImageF test_area = {};  ///< Share of each pixel that lies in the test area.
+  std::vector<PanelScribe> scribes;  ///< None, one, or two that cross.
+  ImageF test_area = {};             ///< Share of each pixel that lies in the test area.
   std::vector<PanelFrame> frames = {};
 };
 

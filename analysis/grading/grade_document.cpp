@@ -153,7 +153,7 @@ struct GradeDocument {
   std::vector<SampleFact> sample;
   double edge_mm = 0.0;
   std::optional<double> unexposed_time;
-  std::optional<Scribe> scribe;
+  std::vector<Scribe> scribes;
   std::vector<ListedRegion> regions = {};
   std::vector<ListedLimit> limits = {};
   std::vector<ListedScale> scales = {};
@@ -169,7 +169,7 @@ void describe(DocumentVisitor& v, GradeDocument& d) {
   v.member({"edge_mm", "Band along the edge of the sample that was left out.", at_least(0)}, d.edge_mm);
   v.member({.name = "unexposed_time", .help = "Of what changes are measured from.", .is_nullable = true},
            d.unexposed_time);
-  v.member({.name = "scribe", .help = "From which creep was measured.", .is_nullable = true}, d.scribe);
+  v.member({"scribes", "Scratches from which creep was measured."}, d.scribes);
   v.member({"regions"}, d.regions);
   v.member({"limits"}, d.limits);
   v.member({"scales"}, d.scales);
@@ -244,7 +244,7 @@ void save_grade_document(const fs::path& folder, const GradeReport& report, cons
                          .sample = report.series.series.facts().sample,
                          .edge_mm = report.surface.edge_mm,
                          .unexposed_time = report.surface.unexposed_time,
-                         .scribe = report.surface.scribe,
+                         .scribes = report.surface.scribes,
                          .summary = summary,
                          .notes = report.surface.notes,
                          .command = report.task.command,

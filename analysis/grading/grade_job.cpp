@@ -26,9 +26,8 @@ JobInputs grade_inputs(const GradeTask& task, const SeriesFile& series) {
     inputs.add_value("--region " + name, text);
   }
   for (const auto& [name, file] : task.masks) inputs.add_file("--region " + name, file);
-  if (task.scribe.is_wanted && !task.scribe.given) inputs.add_value("--scribe", "auto");
-  if (task.scribe.given) {
-    const Scribe& s = *task.scribe.given;
+  if (task.scribe.is_wanted && task.scribe.given.empty()) inputs.add_value("--scribe", "auto");
+  for (const Scribe& s : task.scribe.given) {
     std::string text;
     for (const double c : {s.x0, s.y0, s.x1, s.y1, s.width_mm}) text += (text.empty() ? "" : ",") + number_text(c);
     inputs.add_value("--scribe", text);

@@ -55,6 +55,9 @@ std::string grade_text(const GradeScale& scale, const RegionFigures& figures, do
   if (!grade) return "-";
   std::string text = grade->grade;
   if (scale.name == "d610" && !figures.distribution.empty()) text += "-" + figures.distribution;
+  const auto given =
+      std::find_if(scale.grades.begin(), scale.grades.end(), [&](const Grade& g) { return g.name == grade->grade; });
+  if (given != scale.grades.end() && !given->word.empty()) text += " " + given->word;
   if (grade->low != grade->high) text += " (" + grade->low + " to " + grade->high + ")";
   return text;
 }
@@ -253,7 +256,7 @@ ImageF counted(const ShownTime& shown, const GradedSurface& surface) {
   }
   draw_outlines(shown.marks[0], {0.9f, 0.8f, 0.0f}, out);
   draw_outlines(shown.marks[1], {0.9f, 0.3f, 0.0f}, out);
-  if (surface.scribe) draw_scribe(*surface.scribe, *surface.pixel_mm, out);
+  for (const Scribe& scribe : surface.scribes) draw_scribe(scribe, *surface.pixel_mm, out);
   return out;
 }
 
@@ -264,7 +267,7 @@ std::vector<Picture> pictures_of(const GradeReport& report) {
     pictures.push_back({"photo", time, shown.color});
     std::string caption = time + ": rust is outlined in magenta, cracks are blue";
     if (!shown.marks[0].empty()) caption += ", blisters are outlined in yellow, flakes in orange";
-    if (report.surface.scribe) caption += ", the scribe is green";
+    if (!report.surface.scribes.empty()) caption += ", the scribe is green";
     pictures.push_back({"counted", caption, counted(shown, report.surface)});
   }
   return pictures;

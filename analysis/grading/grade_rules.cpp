@@ -30,9 +30,9 @@ RustRule read_rust(JsonReader json) {
 }
 
 Grade read_grade(const JsonReader& json) {
-  const std::vector<JsonReader> parts = json.elements(2);
-  if (parts.size() != 2) json.fail("a grade and its largest value");
-  Grade grade{parts[0].string(), parts[1].number(at_least(0))};
+  const std::vector<JsonReader> parts = json.elements(3);
+  if (parts.size() < 2) json.fail("a grade, its largest value, and a word if it has one");
+  Grade grade{parts[0].string(), parts[1].number(at_least(0)), parts.size() > 2 ? parts[2].string() : ""};
   const std::optional<double> number = parse_number(grade.name);
   if (!number || *number != std::floor(*number)) parts[0].fail("a whole number as text");
   return grade;

@@ -15,6 +15,7 @@ namespace patinate::analysis {
 struct Grade {
   std::string name;  ///< A whole number: standards differ in whether 0 is the best.
   double up_to = 0.0;
+  std::string word = {};  ///< What the standard calls it besides, "few"; mostly none.
 };
 
 struct GradeScale {

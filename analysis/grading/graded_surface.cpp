@@ -105,15 +105,13 @@ void require_on_sample(const Scribe& scribe, const ImageU8& mask, double pixel_m
 }
 
 /// @param before  The unexposed photograph.
-std::optional<Scribe> scribe_of(const ScribeRequest& request, const ImageF& before, const ImageU8& mask,
-                                std::optional<double> pixel_mm) {
-  if (!request.is_wanted || !pixel_mm) return std::nullopt;
-  if (request.given) {
-    require_on_sample(*request.given, mask, *pixel_mm);
-    return request.given;
-  }
-  const std::optional<Scribe> found = find_scribe(before, mask, *pixel_mm);
-  if (!found)
+std::vector<Scribe> scribes_of(const ScribeRequest& request, const ImageF& before, const ImageU8& mask,
+                               std::optional<double> pixel_mm) {
+  if (!request.is_wanted || !pixel_mm) return {};
+  for (const Scribe& scribe : request.given) require_on_sample(scribe, mask, *pixel_mm);
+  if (!request.given.empty()) return request.given;
+  const std::vector<Scribe> found = find_scribes(before, mask, *pixel_mm);
+  if (found.empty())
     throw InvalidInput(
         "the scribe: no straight scratch was found in the unexposed photograph; give its ends and width in mm");
   return found;
@@ -149,7 +147,7 @@ void restrict_regions(std::vector<GradeRegion>& regions, const ImageU8& mask) {
   }
 }
 
-/// The scratch, and a pixel beside it.
+/// A scratch, and a pixel beside it.
 bool is_on_scribe(const Scribe& scribe, double pixel_mm, std::size_t pixel, int width) {
   const double x = (static_cast<double>(pixel % static_cast<std::size_t>(width)) + 0.5) * pixel_mm,
                y = (static_cast<double>(pixel / static_cast<std::size_t>(width)) + 0.5) * pixel_mm;
@@ -159,20 +157,27 @@ bool is_on_scribe(const Scribe& scribe, double pixel_mm, std::size_t pixel, int 
 }
 
 /// A scratch is no crack, nor are its edges.
-ImageU8 without_scribe(ImageU8 mask, Scribe scribe, double pixel_mm) {
-  scribe.width_mm += 2.0 * kRustMargin_px * pixel_mm;
-  for (std::size_t i = 0; i < mask.values().size(); ++i) {
-    if (is_on_scribe(scribe, pixel_mm, i, mask.width())) mask.data()[i] = 0;
+ImageU8 without_scribes(ImageU8 mask, const std::vector<Scribe>& scribes, double pixel_mm) {
+  for (Scribe scribe : scribes) {
+    scribe.width_mm += 2.0 * kRustMargin_px * pixel_mm;
+    for (std::size_t i = 0; i < mask.values().size(); ++i) {
+      if (is_on_scribe(scribe, pixel_mm, i, mask.width())) mask.data()[i] = 0;
+    }
   }
   return mask;
 }
 
 /// Rust that spreads from a scribe is creep, and no rust of the surface.
-RustFrame without_creep(RustFrame rust, const Scribe& scribe, double pixel_mm) {
+RustFrame without_creep(RustFrame rust, const std::vector<Scribe>& scribes, double pixel_mm) {
+  if (scribes.empty()) return rust;
+  const auto is_on_any = [&](std::size_t pixel) {
+    return std::any_of(scribes.begin(), scribes.end(), [&](const Scribe& scribe) {
+      return is_on_scribe(scribe, pixel_mm, pixel, rust.coverage.width());
+    });
+  };
   std::vector<char> is_creep(rust.spots.size(), 0);
   for (std::size_t i = 0; i < rust.labels.size(); ++i) {
-    if (rust.labels[i] >= 0 && is_on_scribe(scribe, pixel_mm, i, rust.coverage.width()))
-      is_creep[static_cast<std::size_t>(rust.labels[i])] = 1;
+    if (rust.labels[i] >= 0 && is_on_any(i)) is_creep[static_cast<std::size_t>(rust.labels[i])] = 1;
   }
   for (int& label : rust.labels) {
     if (label >= 0 && is_creep[static_cast<std::size_t>(label)]) label = -1;
@@ -227,11 +232,13 @@ GradedSurface grade_surface(const TextureSeries& series, GradeRequest request, c
     unexposed = static_cast<std::size_t>(found - out.times.begin());
   }
   const ImageF before = series.sample(out.times[unexposed]);
-  const std::optional<Scribe> scribe = scribe_of(request.scribe, before, mask, out.pixel_mm);
-  out.scribe = scribe;
-  if (scribe && !request.scribe.given)
-    out.notes.push_back("the scribe was found: " + scribe_text(*scribe) + " (its ends and width in mm)");
-  if (!request.scribe.is_wanted && out.pixel_mm && out.times.size() > 1 && find_scribe(before, mask, *out.pixel_mm))
+  out.scribes = scribes_of(request.scribe, before, mask, out.pixel_mm);
+  for (const Scribe& scribe : out.scribes) {
+    if (request.scribe.given.empty())
+      out.notes.push_back("the scribe was found: " + scribe_text(scribe) + " (its ends and width in mm)");
+  }
+  if (!request.scribe.is_wanted && out.pixel_mm && out.times.size() > 1 &&
+      !find_scribes(before, mask, *out.pixel_mm).empty())
     out.notes.emplace_back(
         "the unexposed photograph shows a straight scratch, whose rust counts as that of the surface; --scribe auto "
         "measures creep from it");
@@ -267,11 +274,11 @@ GradedSurface grade_surface(const TextureSeries& series, GradeRequest request, c
   };
   const bool has_relief = out.pixel_mm && has_heights(series.facts());
   const ImageF height_before = has_relief && has_unexposed ? height_at(unexposed) : ImageF();
-  const ImageU8 coated = scribe ? without_scribe(mask, *scribe, *out.pixel_mm) : mask;
+  const ImageU8 coated = without_scribes(mask, out.scribes, out.pixel_mm.value_or(1.0));
   const std::size_t shown_step = std::max<std::size_t>(1, (out.times.size() + kShownTimes - 2) / (kShownTimes - 1));
   for (std::size_t t = 0; t < out.times.size(); ++t) {
     const RustFrame rust = map.at(static_cast<int>(t));
-    const RustFrame counted = scribe ? without_creep(rust, *scribe, *out.pixel_mm) : rust;
+    const RustFrame counted = without_creep(rust, out.scribes, out.pixel_mm.value_or(1.0));
     const ImageF now = series.sample(out.times[t]);
     ImageF f0, roughness;
     if (has_gloss) {
@@ -293,7 +300,7 @@ GradedSurface grade_surface(const TextureSeries& series, GradeRequest request, c
       if (has_gloss) add_gloss_figures(f0, roughness, rust.coverage, cracks, region, figures);
       if (has_unexposed && out.pixel_mm) add_crack_figures(cracks, region, *out.pixel_mm, figures);
       if (has_relief) add_relief_figures(relief[0], relief[1], rust.coverage, region, *out.pixel_mm, figures);
-      if (scribe) add_creep_figures(rust.coverage, region, *out.pixel_mm, *scribe, figures);
+      if (!out.scribes.empty()) add_creep_figures(rust.coverage, region, *out.pixel_mm, out.scribes, figures);
     }
     if (t % shown_step == 0 || t + 1 == out.times.size()) {
       out.shown.push_back({t, now, rust.coverage, cracks});

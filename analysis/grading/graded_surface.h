@@ -31,10 +31,10 @@ struct Scribe {
   double width_mm = 0.0;
 };
 
-/// Whether creep is measured, and from which scratch.
+/// Whether creep is measured, and from which scratches.
 struct ScribeRequest {
   bool is_wanted = false;
-  std::optional<Scribe> given = {};  ///< Nothing: the one that find_scribe() finds in the unexposed photograph.
+  std::vector<Scribe> given = {};  ///< Empty: those that find_scribes() finds in the unexposed photograph.
 };
 
 /// A part of the picture.
@@ -86,7 +86,7 @@ struct GradedSurface {
   std::optional<double> pixel_mm = {};
   std::optional<double> unexposed_time = {};
   double edge_mm = 0.0;  ///< That was left out.
-  std::optional<Scribe> scribe = {};
+  std::vector<Scribe> scribes = {};
   std::vector<GradedRegion> regions = {};
   std::vector<ShownTime> shown = {};  ///< At most four, the last among them.
   std::vector<std::string> notes = {};
@@ -101,8 +101,8 @@ struct GradeRequest {
   GradeOptions options = {};
 };
 /// @throws InvalidInput if regions lie over each other, have equal names or another size, or hold nothing of the
-/// sample, if the edge leaves nothing, the labels have another size or mark too little, the scribe ends outside of the
-/// sample or is not found, if `forecast` is not after the last photograph, or `unexposed` is no time of a photograph.
+/// sample, if the edge leaves nothing, the labels have another size or mark too little, a scribe ends outside of the
+/// sample or none is found, if `forecast` is not after the last photograph, or `unexposed` is no time of a photograph.
 [[nodiscard]] GradedSurface grade_surface(const TextureSeries& series, GradeRequest request,
                                           const RunControl& control = {});
 

@@ -11,6 +11,7 @@
 #include "analysis/grading/gloss_units.h"
 #include "libcommon/core/median.h"
 #include "libcommon/metrics/color_curves.h"
+#include "patinate/geometry/mesh.h"
 #include "patinate/metrics/difference.h"
 
 namespace patinate::analysis {
@@ -33,8 +34,8 @@ constexpr double kFewOfRust = 0.2;        ///< H of ASTM D610 from here on (docs
 constexpr int kDistributionSquares = 10;  // Along the longer side of the region.
 constexpr double kLocalizedShare = 0.1;   // Share of the squares of the region: rust there alone is localized.
 constexpr double kRusted = 0.5;           ///< Coverage from which a pixel is rusted.
-constexpr int kCreepPlaces = 60;          // Along the scribe; the standard asks for six or more.
-constexpr double kScribeEnds = 0.1;       // Share of the scribe at each end that is left out.
+constexpr int kCreepPlaces = 60;          // Along a scribe; the standard asks for six or more.
+constexpr double kScribeEnds = 0.1;       // Share of a scribe that is left out at each end and beside a crossing.
 
 std::optional<GradedFigure>& slot(RegionFigures& figures, std::string_view name) {
   const auto at = std::find(kGradedFigureNames.begin(), kGradedFigureNames.end(), name) - kGradedFigureNames.begin();
@@ -172,6 +173,24 @@ GradedFigure figure_of_places(const std::vector<CleanPixel>& clean, const ValueO
   const double student = boost::math::quantile(boost::math::students_t(n - 1.0), 0.5 * (1.0 + kConfidence));
   const double half = student * std::sqrt(squares / (n - 1.0) / n);
   return {value, value - half, value + half};
+}
+
+Vec2 from_of(const Scribe& s) { return {s.x0, s.y0}; }
+Vec2 way_of(const Scribe& s) { return Vec2(s.x1, s.y1) - from_of(s); }
+double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+/// Where other scribes cross this one, as shares of its length.
+std::vector<double> crossings_of(const Scribe& scribe, const std::vector<Scribe>& scribes) {
+  std::vector<double> out;
+  const Vec2 way = way_of(scribe);
+  for (const Scribe& other : scribes) {
+    const Vec2 other_way = way_of(other), between = from_of(other) - from_of(scribe);
+    const double turn = cross(way, other_way);
+    if (turn == 0.0) continue;  // Itself, or a parallel one.
+    const double here = cross(between, other_way) / turn, there = cross(between, way) / turn;
+    if (std::min(here, there) >= 0.0 && std::max(here, there) <= 1.0) out.push_back(here);
+  }
+  return out;
 }
 
 }  // namespace
@@ -320,30 +339,38 @@ void add_relief_figures(const ReliefMarks& blisters, const ReliefMarks& flakes, 
   add(flakes, false, "flaked_percent", "flake_mm");
 }
 
-void add_creep_figures(const ImageF& rust, const ImageU8& region, double pixel_mm, const Scribe& scribe,
+void add_creep_figures(const ImageF& rust, const ImageU8& region, double pixel_mm, const std::vector<Scribe>& scribes,
                        RegionFigures& figures) {
-  const double length = std::hypot(scribe.x1 - scribe.x0, scribe.y1 - scribe.y0);
-  const double ux = (scribe.x1 - scribe.x0) / length, uy = (scribe.y1 - scribe.y0) / length;
-  const auto is_rusted = [&](double x_mm, double y_mm) {
-    const int x = static_cast<int>(std::floor(x_mm / pixel_mm)), y = static_cast<int>(std::floor(y_mm / pixel_mm));
+  const auto is_rusted = [&](const Vec2& place_mm) {
+    const auto x = static_cast<int>(std::floor(place_mm.x() / pixel_mm)),
+               y = static_cast<int>(std::floor(place_mm.y() / pixel_mm));
     return rust.contains(x, y) && region.at(x, y) != 0 && static_cast<double>(rust.at(x, y)) >= kRusted;
   };
-  const double step = 0.25 * pixel_mm, half = 0.5 * scribe.width_mm;
-  double sum = 0.0, most = 0.0;
-  for (int k = 0; k < kCreepPlaces; ++k) {
-    const double along = length * (kScribeEnds + (1.0 - 2.0 * kScribeEnds) * (k + 0.5) / kCreepPlaces);
-    const double x = scribe.x0 + along * ux, y = scribe.y0 + along * uy;
-    double width = 0.0;
-    for (const double side : {-1.0, 1.0}) {
-      double reach = half;
-      while (is_rusted(x - side * (reach + step) * uy, y + side * (reach + step) * ux)) reach += step;
-      width += reach - half;
-      most = std::max(most, reach - half);
+  const double step = 0.25 * pixel_mm;
+  double sum = 0.0, most = 0.0, num_places = 0.0;
+  for (const Scribe& scribe : scribes) {
+    const Vec2 from = from_of(scribe), way = way_of(scribe), across = Vec2(-way.y(), way.x()).normalized();
+    const std::vector<double> crossings = crossings_of(scribe, scribes);
+    const double half = 0.5 * scribe.width_mm;
+    for (int k = 0; k < kCreepPlaces; ++k) {
+      const double along = kScribeEnds + (1.0 - 2.0 * kScribeEnds) * (k + 0.5) / kCreepPlaces;
+      const bool is_at_crossing =
+          std::any_of(crossings.begin(), crossings.end(), [&](double c) { return std::abs(along - c) < kScribeEnds; });
+      if (is_at_crossing) continue;
+      double width = 0.0;
+      for (const double side : {-1.0, 1.0}) {
+        double reach = half;
+        while (is_rusted(from + along * way + side * (reach + step) * across)) reach += step;
+        width += reach - half;
+        most = std::max(most, reach - half);
+      }
+      sum += 0.5 * width;
+      num_places += 1.0;
     }
-    sum += 0.5 * width;
   }
+  if (num_places == 0.0) return;
   // A pixel's edge is known to half of it at each place; places err together.
-  const double mean = sum / kCreepPlaces, uncertain = 0.5 * pixel_mm;
+  const double mean = sum / num_places, uncertain = 0.5 * pixel_mm;
   slot(figures, "creep_mm") = GradedFigure{mean, std::max(0.0, mean - uncertain), mean + uncertain};
   slot(figures, "creep_max_mm") = GradedFigure{most, std::max(0.0, most - uncertain), most + uncertain};
 }

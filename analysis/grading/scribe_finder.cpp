@@ -18,6 +18,7 @@ constexpr float kMinLineContrast = 4.0f;   // L*; twice what the eye tells betwe
 constexpr float kNoiseContrast = 4.0f;     // Times the median answer, which is noise: lines cover far less than half.
 constexpr double kMinScribeLength = 0.25;  // Of the panel's shorter side.
 constexpr double kMinScribeSlenderness = 10.0;  // Length over width.
+constexpr double kMinOfLongest = 0.5;           // Length over the longest's: arms of a cross are cut alike.
 constexpr double kEnd = 0.5;                    // Share of the usual contrast that is left where the line ends.
 constexpr double kMaxGap_mm = 1.0;
 
@@ -110,8 +111,15 @@ Extent extent_of(const cv::Mat& answer, const cv::Mat& inner, const Line& line, 
   return extent;
 }
 
-/// The longest of the lines that answer.
-std::optional<Scribe> longest_line(const cv::Mat& answer, const cv::Mat& inner, double pixel_mm, double least_px) {
+double length_of(const Scribe& s) { return std::hypot(s.x1 - s.x0, s.y1 - s.y0); }
+
+/// Distance of a place from the line through a scribe's ends, mm.
+double distance_across(const Scribe& s, double x_mm, double y_mm) {
+  return std::abs((x_mm - s.x0) * (s.y1 - s.y0) - (y_mm - s.y0) * (s.x1 - s.x0)) / length_of(s);
+}
+
+/// The lines that answer, from the longest segment on; a segment along a line that was found is part of it.
+std::vector<Scribe> lines_of(const cv::Mat& answer, const cv::Mat& inner, double pixel_mm, double least_px) {
   const int reach = std::max(2, static_cast<int>(std::ceil(kMaxWidth_mm / pixel_mm)));
   const int max_gap = std::max(2, static_cast<int>(std::lround(kMaxGap_mm / pixel_mm)));
   const float noise = median_where(answer, inner), threshold = std::max(kMinLineContrast, kNoiseContrast * noise);
@@ -119,31 +127,38 @@ std::optional<Scribe> longest_line(const cv::Mat& answer, const cv::Mat& inner, 
   std::vector<cv::Vec4i> segments;
   constexpr double kStep_rad = CV_PI / 720.0;
   cv::HoughLinesP(lines, segments, 1.0, kStep_rad, static_cast<int>(0.5 * least_px), least_px, max_gap);
-  if (segments.empty()) return std::nullopt;
   const auto length = [](const cv::Vec4i& s) { return std::hypot(s[2] - s[0], s[3] - s[1]); };
-  const cv::Vec4i& longest = *std::max_element(
-      segments.begin(), segments.end(), [&](const cv::Vec4i& a, const cv::Vec4i& b) { return length(a) < length(b); });
-  const Line line = fitted(longest, lines, reach);
+  std::stable_sort(segments.begin(), segments.end(),
+                   [&](const cv::Vec4i& a, const cv::Vec4i& b) { return length(a) > length(b); });
   const cv::Mat above_noise = answer - static_cast<double>(noise);
-  const Extent extent = extent_of(above_noise, inner, line, 0.4 * length(longest), reach, max_gap);
-  const double found = extent.end - extent.begin;
-  if (found < least_px || found < kMinScribeSlenderness * extent.width) return std::nullopt;
   const auto mm = [&](double pixel) { return (pixel + 0.5) * pixel_mm; };
-  return Scribe{mm(line.x + extent.begin * line.dx), mm(line.y + extent.begin * line.dy),
-                mm(line.x + extent.end * line.dx), mm(line.y + extent.end * line.dy),
-                std::max(1.0, extent.width) * pixel_mm};
+  std::vector<Scribe> found;
+  for (const cv::Vec4i& segment : segments) {
+    const bool is_part = std::any_of(found.begin(), found.end(), [&](const Scribe& s) {
+      return std::max(distance_across(s, mm(segment[0]), mm(segment[1])),
+                      distance_across(s, mm(segment[2]), mm(segment[3]))) <= kMaxWidth_mm;
+    });
+    if (is_part) continue;
+    const Line line = fitted(segment, lines, reach);
+    const Extent extent = extent_of(above_noise, inner, line, 0.4 * length(segment), reach, max_gap);
+    const double extended = extent.end - extent.begin;
+    if (extended < least_px || extended < kMinScribeSlenderness * extent.width) continue;
+    found.push_back({mm(line.x + extent.begin * line.dx), mm(line.y + extent.begin * line.dy),
+                     mm(line.x + extent.end * line.dx), mm(line.y + extent.end * line.dy),
+                     std::max(1.0, extent.width) * pixel_mm});
+    if (length_of(found.back()) < kMinOfLongest * length_of(found.front())) found.pop_back();
+  }
+  return found;
 }
-
-double length_of(const std::optional<Scribe>& s) { return s ? std::hypot(s->x1 - s->x0, s->y1 - s->y0) : 0.0; }
 
 }  // namespace
 
-std::optional<Scribe> find_scribe(const ImageF& color, const ImageU8& mask, double pixel_mm) {
+std::vector<Scribe> find_scribes(const ImageF& color, const ImageU8& mask, double pixel_mm) {
   const int margin = std::max(2, static_cast<int>(std::ceil(kMaxWidth_mm / pixel_mm)));
   ImageU8 inside = without_edge(mask, margin);
   const cv::Mat inner(mask.height(), mask.width(), CV_8U, inside.data());
   const cv::Rect box = cv::boundingRect(inner);
-  if (box.empty()) return std::nullopt;
+  if (box.empty()) return {};
   const double least_px = kMinScribeLength * std::min(box.width, box.height);
   cv::Mat light = lightness_of(color);
   const float plain = median_where(light, inner);
@@ -153,12 +168,12 @@ std::optional<Scribe> find_scribe(const ImageF& color, const ImageU8& mask, doub
     }
   }
   const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1});
-  std::optional<Scribe> best;
+  std::vector<Scribe> best;
   for (const int kind : {cv::MORPH_BLACKHAT, cv::MORPH_TOPHAT}) {  // Darker than the paint, and brighter.
     cv::Mat answer;
     cv::morphologyEx(light, answer, kind, square);
-    const std::optional<Scribe> found = longest_line(answer, inner, pixel_mm, least_px);
-    if (length_of(found) > length_of(best)) best = found;
+    std::vector<Scribe> found = lines_of(answer, inner, pixel_mm, least_px);
+    if (!found.empty() && (best.empty() || length_of(found.front()) > length_of(best.front()))) best = std::move(found);
   }
   return best;
 }

@@ -14,6 +14,7 @@ namespace patinate::analysis {
 [[nodiscard]] Json factorization_schema();
 [[nodiscard]] Json field_schema();
 [[nodiscard]] Json fit_schema();
+[[nodiscard]] Json grade_groups_schema();
 [[nodiscard]] Json grade_schema();
 [[nodiscard]] Json ranking_schema();
 [[nodiscard]] Json replicates_schema();
@@ -21,6 +22,7 @@ namespace patinate::analysis {
 /// Reads such a file and checks that it holds what it should. @throws IoError
 void check_compare_report(const std::filesystem::path& file);
 void check_evaluation(const std::filesystem::path& file);
+void check_grade_groups(const std::filesystem::path& file);
 void check_grade_report(const std::filesystem::path& file);
 void check_replicates_report(const std::filesystem::path& file);
 

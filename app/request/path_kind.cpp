@@ -36,6 +36,7 @@ constexpr std::array kManifests{Manifest{"history.json", "patinate.history", Pat
                                 Manifest{"report.json", "patinate.compare", PathKind::Report},
                                 Manifest{"report.json", "patinate.replicates", PathKind::Report},
                                 Manifest{"report.json", "patinate.grade", PathKind::Report},
+                                Manifest{"report.json", "patinate.grade_groups", PathKind::Report},
                                 Manifest{"evaluation.json", "patinate.evaluation", PathKind::Report},
                                 Manifest{"", "patinate.calibration", PathKind::Calibration}};
 /// Those that are read, and others, which the reader refuses as what they are.

@@ -35,10 +35,17 @@ analysis::ScribeRequest scribe_from(const py::object& given) {
     if (py::cast<std::string>(given) != "auto") throw InvalidInput("scribe: expected \"auto\" or five numbers in mm");
     return {.is_wanted = true};
   }
-  const auto v = py::cast<std::vector<double>>(given);
-  if (v.size() != 5 || (v[0] == v[2] && v[1] == v[3]))
-    throw InvalidInput("scribe: expected (x0, y0, x1, y1, width) in mm with two different ends");
-  return {.is_wanted = true, .given = analysis::Scribe{v[0], v[1], v[2], v[3], v[4]}};
+  const auto list = py::cast<py::sequence>(given);
+  const bool is_one = list.size() > 0 && !py::isinstance<py::sequence>(list[0]);
+  const auto scribes =
+      is_one ? std::vector{py::cast<std::vector<double>>(given)} : py::cast<std::vector<std::vector<double>>>(given);
+  analysis::ScribeRequest request{.is_wanted = !scribes.empty()};
+  for (const std::vector<double>& v : scribes) {
+    if (v.size() != 5 || (v[0] == v[2] && v[1] == v[3]))
+      throw InvalidInput("scribe: expected (x0, y0, x1, y1, width) in mm with two different ends");
+    request.given.push_back({v[0], v[1], v[2], v[3], v[4]});
+  }
+  return request;
 }
 
 /// Times x (value, low, high); NaN where a time has none.
@@ -96,8 +103,12 @@ void bind_grade(py::module_& module) {
           .takes("surface", "History | AgedMesh | str | os.PathLike[str]", "Or the path of a history or transfer")
           .keyword("regions", "dict[str, npt.ArrayLike] | None", "None",
                    "Masks of the surface's size by name; None: the whole sample without its edge")
-          .keyword("scribe", "Literal[\"auto\"] | tuple[float, float, float, float, float] | None", "None",
-                   "x0, y0, x1, y1 and width of the scratch, mm; \"auto\": it is found in the unexposed photograph")
+          .keyword(
+              "scribe",
+              "Literal[\"auto\"] | tuple[float, float, float, float, float] | "
+              "list[tuple[float, float, float, float, float]] | None",
+              "None",
+              "x0, y0, x1, y1 and width of the scratch or of each, mm; \"auto\": found in the unexposed photograph")
           .keyword("labels", "npt.ArrayLike | None", "None",
                    "H x W, not 0 where rust is marked on the last photograph; its color then counts as rust")
           .keyword("rules", "str | os.PathLike[str] | None", "None", "A file in place of the built-in scales")

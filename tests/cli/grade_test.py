@@ -29,6 +29,12 @@ class Grade(CommandCase):
         cls.truth = json.loads((cls.made / "photos/truth/truth.json").read_text())
         cls.panel = cls.made / "panel"
 
+    def make(self, name, *options):
+        size = [] if "--width" in options else ["--width", "140", "--height", "120"]
+        for arguments in (["synth", "panel", *size, "--num-frames", "3", "--edge", "2", *options, "-o", f"{name}_photos"],
+                          ["ingest", f"{name}_photos/capture.json", "-o", name]):
+            subprocess.run([self.patinate, *arguments, "--quiet"], cwd=self.made, check=True)
+
     def figures(self, report, time, region="sample"):
         times = {t["time"]: t for r in report["regions"] if r["name"] == region for t in r["times"]}
         return {f["name"]: f for f in times[time]["figures"]}, times[time]
@@ -79,7 +85,7 @@ class Grade(CommandCase):
     def test_the_scribe_is_found(self):
         self.succeeds("grade", self.panel, "--edge-mm", "2", "--scribe", "auto", "-o", "report")
         report = json.loads((self.folder / "report/report.json").read_text())
-        found, true = report["scribe"], self.truth["scribe"]
+        (found,), true = report["scribes"], self.truth["scribe"]
         ends = sorted([(found["y0"], found["x0"]), (found["y1"], found["x1"])])
         for end, truth in zip(ends, sorted([true["from_mm"][::-1], true["to_mm"][::-1]])):
             self.assertAlmostEqual(end[0], truth[0], delta=0.3)
@@ -92,6 +98,53 @@ class Grade(CommandCase):
         given, _ = self.figures(json.loads((self.folder / "given/report.json").read_text()), last)
         auto, _ = self.figures(report, last)
         self.assertAlmostEqual(given["creep_mm"]["value"], auto["creep_mm"]["value"], delta=0.02)
+
+    def test_both_arms_of_a_cross_are_found_and_graded(self):
+        self.make("crossed", "--width", "400", "--height", "400", "--rust", "0", "--scribe", "--cross", "--creep", "1.5")
+        self.succeeds("grade", self.made / "crossed", "--edge-mm", "2", "--scribe", "auto", "-o", "report")
+        report = json.loads((self.folder / "report/report.json").read_text())
+        self.assertEqual(len(report["scribes"]), 2)
+        last = json.loads((self.made / "crossed_photos/truth/truth.json").read_text())["frames"][-1]
+        figures, time = self.figures(report, last["time"])
+        creep = (last["creep_left_mm"] + last["creep_right_mm"]) / 2
+        # As for one scribe: half a pixel on each side, and places at the ends and at the crossing that are left out.
+        self.assertAlmostEqual(figures["creep_mm"]["value"], creep, delta=0.1 + 0.1 * creep)
+        self.assertLessEqual(figures["creep_max_mm"]["value"], last["creep_max_mm"] + 0.1)
+        self.assertEqual(figures["rusted_percent"]["value"], 0)  # All rust is creep.
+        # The same by the arms that the notes print.
+        arms = [note.split(": ")[1].split(" ")[0] for note in report["notes"] if "scribe was found" in note]
+        self.succeeds("grade", self.made / "crossed", "--edge-mm", "2", "--scribe", arms[0], "--scribe", arms[1], "-o", "given")
+        given, _ = self.figures(json.loads((self.folder / "given/report.json").read_text()), last["time"])
+        self.assertAlmostEqual(given["creep_mm"]["value"], figures["creep_mm"]["value"], delta=0.02)
+
+    def test_replicates_of_two_treatments_are_compared(self):
+        for group, rust in (("good", "0.3"), ("bad", "6")):
+            for seed in ("1", "2", "3", "4"):
+                self.make(group + seed, "--rust", rust, "--seed", seed)
+        good, bad = ([self.made / f"{group}{seed}" for seed in "1234"] for group in ("good", "bad"))
+        self.succeeds("grade", *good, "--against", *bad, "--edge-mm", "2", "-o", "report")
+        self.succeeds("validate", "report")
+        report = json.loads((self.folder / "report/report.json").read_text())
+        rusted = next(f for f in report["figures"] if f["name"] == "rusted_percent")
+        # The smallest p of 4 against 4 is 2 of C(8, 4) = 70 labelings: every good panel has rusted less than every bad one.
+        self.assertAlmostEqual(rusted["p"], 2 / 70)
+        self.assertLess(max(rusted["a"]["values"]), min(rusted["b"]["values"]))
+        self.assertAlmostEqual(rusted["a"]["mean"], sum(rusted["a"]["values"]) / 4, places=9)
+        # A panel of the group has the report that it has alone.
+        self.succeeds("grade", good[1], "--edge-mm", "2", "-o", "alone")
+        alone, among = (json.loads((self.folder / name / "report.json").read_text()) for name in ("alone", "report/panels/2"))
+        self.assertEqual(alone["regions"], among["regions"])
+        self.assertEqual({g["scale"] for g in report["grades"]}, {"ri", "d610", "rp", "crack_size"})
+        self.assertIn("Degree of rusting", (self.folder / "report/report.html").read_text())
+        self.assertIn("rusted_percent", self.succeeds("info", "report"))
+        # Replicates alone have no test; a limit that one panel breaks is a failed run.
+        (self.folder / "limits.txt").write_text("Ri <= 2 at 480 h\n")
+        run = self.run_patinate("grade", *bad, "--edge-mm", "2", "--limits", "limits.txt", "-o", "one_group")
+        self.assertEqual(run.returncode, 1, run.stderr)
+        self.assertIn("a limit is not kept", run.stderr)
+        self.assertIsNone(json.loads((self.folder / "one_group/report.json").read_text())["figures"][0]["p"])
+        self.fails(INPUT, "one panel", "grade", good[0], "--against", *bad, "--edge-mm", "2", "-o", "out")
+        self.fails(INPUT, "are the same history", "grade", good[0], good[0], "--edge-mm", "2", "-o", "out")
 
     def test_figures_are_forecast(self):
         for arguments in (["synth", "panel", "--width", "200", "--height", "160", "--num-frames", "9", "--edge", "2", "--rust", "4", "-o", "long_photos"],

@@ -46,6 +46,8 @@ TEST(GradeRules, HaveTheLimitsOfTheStandards) {
   EXPECT_EQ(grade("d610", 51.0), "0");
   EXPECT_EQ(grade("creep", 2.5), "6");
   EXPECT_EQ(grade("blister_size", 0.4), "3");
+  EXPECT_EQ(grade("d714_size", 0.4), "6");
+  EXPECT_EQ(grade("d714_frequency", 4.0), "2");
   EXPECT_EQ(grade("flaking", 0.3), "2");
   EXPECT_EQ(grade("flake_size", 12.0), "4");
 }
@@ -201,7 +203,7 @@ TEST(RegionFigures, CreepIsTheMeanOfBothSidesWithoutTheScratch) {
     for (int x = 175; x < 235; ++x) rust.at(x, y) = 1.0f;
   }
   RegionFigures figures;
-  add_creep_figures(rust, ImageU8(400, 300, 1, 255), pixel_mm, {20, 5, 20, 25, 1.0}, figures);
+  add_creep_figures(rust, ImageU8(400, 300, 1, 255), pixel_mm, {{20, 5, 20, 25, 1.0}}, figures);
   EXPECT_NEAR(figures.figure("creep_mm")->value, 2.5, pixel_mm);
   EXPECT_NEAR(figures.figure("creep_max_mm")->value, 3.0, pixel_mm);
 }

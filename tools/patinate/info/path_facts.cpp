@@ -242,6 +242,7 @@ void check_report(const std::filesystem::path& path) {
   const std::string format = JsonReader(file.string(), json).member("format").string();
   if (format == "patinate.evaluation") return analysis::check_evaluation(file);
   if (format == "patinate.grade") return analysis::check_grade_report(file);
+  if (format == "patinate.grade_groups") return analysis::check_grade_groups(file);
   if (format == "patinate.replicates") return analysis::check_replicates_report(file);
   analysis::check_compare_report(file);
 }
@@ -250,17 +251,18 @@ Facts report_facts(const std::filesystem::path& path) {
   check_report(path);
   const Json json = load_json(report_file(path));
   const std::string format = json.at("format").get<std::string>();
-  Facts facts(format == "patinate.evaluation"   ? "evaluation"
-              : format == "patinate.grade"      ? "grades"
-              : format == "patinate.replicates" ? "comparison of replicates"
-                                                : "comparison");
+  Facts facts(format == "patinate.evaluation"     ? "evaluation"
+              : format == "patinate.grade"        ? "grades"
+              : format == "patinate.grade_groups" ? "grades of groups"
+              : format == "patinate.replicates"   ? "comparison of replicates"
+                                                  : "comparison");
   if (format == "patinate.evaluation") {
     for (const Json& map : json.at("maps")) add_figures(facts, map.at("name").get<std::string>(), map.at("figures"));
   } else if (format == "patinate.grade") {
     std::string shown;
     for (const Json& line : json.at("summary")) shown += "\n    " + line.get<std::string>();
     facts.add("summary", json.at("summary"), shown);
-  } else if (format == "patinate.replicates") {
+  } else if (format == "patinate.replicates" || format == "patinate.grade_groups") {
     std::string shown;
     for (const Json& sentence : json.at("verdict")) shown += "\n    " + sentence.get<std::string>();
     facts.add("verdict", json.at("verdict"), shown);

@@ -270,7 +270,7 @@ void write_page(const fs::path& folder, const GradeGroupsDocument& d, const std:
   page.save(folder / kGradePageFile);
 }
 
-std::string csv_rows(const GradeGroupsDocument& d) {
+std::string panel_rows(const GradeGroupsDocument& d) {
   std::string text = "group,panel,region,figure,value\n";
   for (const GroupsFigure& f : d.figures) {
     const auto add = [&](const char* side, const std::vector<GroupPanel>& panels, const GroupFigure& group) {
@@ -342,7 +342,7 @@ JobPlan plan_grade_groups(GradeGroupsTask task, const fs::path& output) {
     const fs::path& rules = task.a.front().rules;
     add_grades(rules.empty() ? standard_grade_rules() : read_grade_rules(rules), document);
     write_page(folder, document, number_text(document.time) + " " + time_unit_text(unit));
-    write_atomically(folder / kGroupsTableFile, csv_rows(document));
+    write_atomically(folder / kGroupsTableFile, panel_rows(document));
     save_json(folder / kGradeReportFile, document_json(kGroupsDocument, described(document)));
   };
   return plan;

@@ -30,7 +30,7 @@ def commands():
 def described_schemas():
     """Kinds of files whose schema is made of their description."""
     refused = subprocess.run([PATINATE, "help", "--schema", "none"], capture_output=True, text=True)
-    return re.search(r"expected ([a-z, ]+)", refused.stderr).group(1).strip().split(", ")
+    return re.search(r"expected ([a-z_, ]+)", refused.stderr).group(1).strip().split(", ")
 
 
 def table():

@@ -12,6 +12,7 @@
 #include "analysis/figures/sliced_distance.h"
 #include "analysis/figures/spatial.h"
 #include "analysis/figures/spectrum_distance.h"
+#include "analysis/grading/rust_map.h"
 #include "libcommon/core/random.h"
 #include "libcommon/core/text.h"
 #include "libcommon/metrics/color_curves.h"
@@ -70,6 +71,30 @@ std::vector<double> covered_share(const TexelAging& aging, std::size_t num_times
   return share;
 }
 
+/// Share of the texels that rust covers at each time, by the built-in rule of `patinate grade`.
+std::vector<double> rusted_share(const ColorStack& stack, const RunControl& control) {
+  const RustMap map({.num_frames = static_cast<int>(stack.num_times()),
+                     .color = [&](int t) { return stack.rgb_image(static_cast<std::size_t>(t)); },
+                     .mask = stack.mask()},
+                    standard_grade_rules().rust, control.silent());
+  std::vector<double> share;
+  for (std::size_t t = 0; t < stack.num_times(); ++t) {
+    const RustFrame frame = map.at(static_cast<int>(t));
+    double sum = 0.0;
+    for (const std::uint32_t i : stack.texels)
+      sum += frame.labels[i] >= 0 ? static_cast<double>(frame.coverage.data()[i]) : 0.0;
+    share.push_back(sum / static_cast<double>(stack.num_texels()));
+  }
+  return share;
+}
+
+/// Mean difference of two shares over time, per cent.
+double share_distance(const std::vector<double>& x, const std::vector<double>& y) {
+  double sum = 0.0;
+  for (std::size_t t = 0; t < x.size(); ++t) sum += std::abs(x[t] - y[t]);
+  return 100.0 * sum / static_cast<double>(x.size());
+}
+
 std::vector<BlockValue> times_of(const TexelAging& aging, const std::vector<float>& values) {
   std::vector<BlockValue> out;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -121,6 +146,7 @@ struct FitObjective::State {
   std::vector<SortedColors> colors;
   std::vector<Spectrum> spectra;
   std::vector<double> means;
+  std::vector<double> rusted = {};  ///< Share by time.
   std::optional<TexelAging> aging;
   std::vector<std::vector<float>> controls;  ///< At the stack's texels, in the order of their facts.
   int other_size = 0;                        ///< Longer side at which the simulated surfaces are compared.
@@ -216,6 +242,7 @@ void FitObjective::State::prepare(const RunControl& control) {
   if (uses(terms, {FitFigure::ColorDistribution})) colors = sorted_colors(stack, block_of, options);
   means = mean_lab(stack);
   if (uses(terms, {FitFigure::Contrast})) spectra = spectra_of(stack);
+  if (uses(terms, {FitFigure::Rusted})) rusted = rusted_share(stack, control);
   if (uses(terms, {FitFigure::Covered, FitFigure::Onset, FitFigure::Saturation}))
     aging = texel_aging(stack, options.visible_delta_e, control);
 }
@@ -347,13 +374,8 @@ std::optional<double> FitObjective::State::figure(FitFigure which, const AgedSur
       for (std::size_t i = 0; i < means.size(); ++i) sum += (means[i] - means_b[i]) * (means[i] - means_b[i]);
       return std::sqrt(sum / static_cast<double>(stack.num_times()));
     }
-    case FitFigure::Covered: {
-      const std::vector<double> x = covered_share(*aging, stack.num_times()),
-                                y = covered_share(*other_aging, stack.num_times());
-      double sum = 0.0;
-      for (std::size_t t = 0; t < x.size(); ++t) sum += std::abs(x[t] - y[t]);
-      return 100.0 * sum / static_cast<double>(x.size());
-    }
+    case FitFigure::Covered:
+      return share_distance(covered_share(*aging, stack.num_times()), covered_share(*other_aging, stack.num_times()));
     case FitFigure::Onset:
       return distance_of(&TexelAging::onset);
     case FitFigure::Saturation:
@@ -366,6 +388,8 @@ std::optional<double> FitObjective::State::figure(FitFigure which, const AgedSur
       return place_by_place(other, control, problem);
     case FitFigure::Contrast:
       return contrast(other, problem);
+    case FitFigure::Rusted:
+      return share_distance(rusted, rusted_share(other, control));
   }
   return std::nullopt;
 }

@@ -15,8 +15,8 @@
 namespace patinate::analysis {
 
 /// Figures that can be fitted; docs/algorithms/fit.md says what each is. All are >= 0, 0 for equal surfaces, and of
-/// like size: Delta E 1976, CIEDE2000, L* (contrast), or per cent of the places (covered) or of the compared span of
-/// time (onset, saturation).
+/// like size: Delta E 1976, CIEDE2000, L* (contrast), or per cent of the places (covered, rusted) or of the compared
+/// span of time (onset, saturation).
 enum class FitFigure {
   ColorDistribution,
   MeanColor,
@@ -26,14 +26,15 @@ enum class FitFigure {
   ColorByControl,
   RateByControl,
   Ciede2000,
-  Contrast
+  Contrast,
+  Rusted
 };
-inline constexpr std::array<std::string_view, 9> kFitFigureNames{
-    "color_distribution", "mean_color",      "covered",   "onset",   "saturation",
-    "color_by_control",   "rate_by_control", "ciede2000", "contrast"};
-inline constexpr std::array<std::string_view, 9> kFitFigureUnits{"Delta E 1976",  "Delta E 1976",  "% of places",
-                                                                 "% of the span", "% of the span", "Delta E 1976",
-                                                                 "Delta E 1976",  "Delta E 2000",  "L*"};
+inline constexpr std::array<std::string_view, 10> kFitFigureNames{
+    "color_distribution", "mean_color",      "covered",   "onset",    "saturation",
+    "color_by_control",   "rate_by_control", "ciede2000", "contrast", "rusted"};
+inline constexpr std::array<std::string_view, 10> kFitFigureUnits{
+    "Delta E 1976", "Delta E 1976", "% of places", "% of the span", "% of the span", "Delta E 1976",
+    "Delta E 1976", "Delta E 2000", "L*",          "% of places"};
 
 struct FitTerm {
   FitFigure figure = FitFigure::ColorDistribution;

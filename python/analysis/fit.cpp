@@ -303,7 +303,7 @@ void bind_fit(py::module_& module) {
                "The same, where each of several histories has a value of its own; found values are lists")
       .keyword("figures", "Mapping[str, float] | None", "None",
                "Weights of color_distribution, mean_color, covered, onset, saturation, color_by_control, "
-               "rate_by_control, ciede2000, contrast; "
+               "rate_by_control, ciede2000, contrast, rusted; "
                "None: color_distribution")
       .options<FitKeywords>()
       .options<analysis::ObjectiveOptions>()

@@ -111,6 +111,35 @@ TEST(FitObjective, ContrastTellsAPatternFromItsScrambledPlacesThatHaveTheSameCol
   EXPECT_GT(v.figures[1].value(), 0.5 * all_of_it);
 }
 
+/// Gray paint; at the end a rectangle of it has rusted.
+AgedSurface rusting_paint(int rust_width, int rust_height) {
+  AgedSurface out{
+      .name = "paint", .time_unit = TimeUnit::Hours, .times = {0.0, 480.0}, .mask = ImageU8(120, 80, 1, 255)};
+  for (const bool is_rusted : {false, true}) {
+    ImageF& color = out.colors.emplace_back(120, 80, 3, 0.5F);
+    for (int y = 20; is_rusted && y < 20 + rust_height; ++y) {
+      for (int x = 30; x < 30 + rust_width; ++x) {
+        constexpr std::array<float, 3> kRust{0.20F, 0.075F, 0.03F};
+        std::copy(kRust.begin(), kRust.end(), color.pixel(x, y).begin());
+      }
+    }
+  }
+  return out;
+}
+
+TEST(FitObjective, RustedIsTheDifferenceOfTheAreasThatHaveRusted) {
+  const TempFolder folder;
+  const AgedSurface a = rusting_paint(48, 40), b = rusting_paint(32, 24);
+  write_surface(folder.path() / "a", a, "0123456789abcdef");
+  SurfaceOutline outline = outline_of(b);
+  outline.control_names.clear();
+  const FitObjective objective(open_series(folder.path() / "a").series, outline, {{FitFigure::Rusted}},
+                               {.num_times = 2});
+  // 20 % and 8 % at the last of two times; half a pixel along the edges is 0.9 % and 0.6 % of the picture.
+  EXPECT_NEAR(objective(b).objective.value(), 0.5 * (20.0 - 8.0), 0.5 * (0.9 + 0.6));
+  EXPECT_EQ(objective(a).objective.value(), 0.0);
+}
+
 TEST(FitObjective, IsTheWeightedMeanOfItsFigures) {
   const TempFolder folder;
   const AgedSurface a = green_plate(kGreenTruth), b = green_plate({0.15, 0.5, 0.0});

@@ -186,7 +186,8 @@ int cmd_fit(CommandRun& run) {
        {"color_by_control", "distance between colors at equal control and time"},
        {"rate_by_control", "change over the span by control"},
        {"ciede2000", "place by place, where the history lies on the scene's atlas"},
-       {"contrast", "how much lightness varies at each wavelength of the pattern, L*"}});
+       {"contrast", "how much lightness varies at each wavelength of the pattern, L*"},
+       {"rusted", "share of places that rust covers, as grade measures it, mean difference over times, %"}});
   run.line.usual({"vary", "objective", "until", "evaluations", "seeds"});
   run.line.example(
       "fit plate.json copper --vary /rules/0/rate=0.01:1:log --vary /appearance/patina/strength=0.2:3 --clock span -o "

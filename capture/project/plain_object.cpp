@@ -20,9 +20,11 @@ namespace {
 
 /// Part of the picture: less may be a stain, a scribe or a scratch on a sample that fills the picture.
 constexpr double kMinObject = 0.1;
-constexpr double kMaxObject = 0.9;   ///< Part of the picture: so little background does not matter.
-constexpr double kMinWhole = 0.9;    ///< Part of the object that is connected: spots on a sample are many.
-constexpr double kSameColor = 0.15;  ///< sRGB codes: what exposure and white balance of a camera by hand vary by.
+constexpr double kMaxObject = 0.9;  ///< Part of the picture: so little background does not matter.
+/// Part of what is not background that is connected: spots on a sample are many. The grain of a wooden table is up to
+/// a sixth (plates that were photographed by hand, docs/algorithms/grading.md).
+constexpr double kMinWhole = 0.8;
+constexpr double kSameColor = 0.15;  ///< sRGB codes over their mean: what the white balance of a camera varies by.
 /// Intersection over union of an object that stayed. An outline that is one pixel of 512 off takes about 2 % of an
 /// object as large as kMinObject.
 constexpr double kSamePlace = 0.95;
@@ -82,8 +84,12 @@ std::optional<SeenObject> seen_object(const fs::path& photograph) {
   return seen;
 }
 
+/// Whatever the exposure.
 bool is_same_color(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) <= kSameColor;
+  const double mean_a = (a[0] + a[1] + a[2]) / 3.0, mean_b = (b[0] + b[1] + b[2]) / 3.0;
+  if (mean_a <= 0.0 || mean_b <= 0.0) return mean_a == mean_b;
+  return std::hypot(a[0] / mean_a - b[0] / mean_b, a[1] / mean_a - b[1] / mean_b, a[2] / mean_a - b[2] / mean_b) <=
+         kSameColor;
 }
 
 bool is_same_place(const cv::Mat1b& a, const cv::Mat1b& b) {

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same input gives other figures.
+constexpr std::int64_t kStageVersion = 3;  ///< Raised when the same input gives other figures.
 
 JobInputs grade_inputs(const GradeTask& task, const SeriesFile& series) {
   JobInputs inputs("grade", kStageVersion);

@@ -31,11 +31,13 @@ constexpr double kMinContrast = 1e-4;  // Squared distance of rust's color from 
 constexpr double kDarkOpacity = 0.2;   // Opacities from here on are looked at: a fainter pixel is in no spot.
 constexpr double kMinTint = 0.1;       // Distance of two chromaticities that noise of a hundredth does not hide.
 constexpr double kMinTintShare = 0.4;  // Less than half, by the noise of a dark pixel.
+constexpr double kDarkestRust = 0.1;   // Brightness of black crusts over that of orange rust, linear.
 
 std::array<double, 3> lab_of(const std::array<double, 3>& c) { return lab_from_linear(c[0], c[1], c[2]); }
 
+/// A dark color of the same tint has less chroma, in proportion: the least chroma is that of the lightest rust.
 bool has_rust_color(const std::array<double, 3>& lab, const RustRule& rule) {
-  const double chroma = std::hypot(lab[1], lab[2]);
+  const double chroma = std::hypot(lab[1], lab[2]) * rule.most_lightness / std::clamp(lab[0], 1.0, rule.most_lightness);
   const double hue = std::atan2(lab[2], lab[1]) * 180.0 / std::numbers::pi;
   const double off_middle = std::remainder(hue - 0.5 * (rule.low_hue_deg + rule.high_hue_deg), 360.0);
   return chroma >= rule.least_chroma && lab[0] >= rule.least_lightness && lab[0] <= rule.most_lightness &&
@@ -69,16 +71,42 @@ bool is_only_dark(const Color& now, const Color& clean, const Color& rust, doubl
   return squared >= kMinTint * kMinTint && seen_way < kMinTintShare * expected_way;
 }
 
+double dot(const Color& a, const Color& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/// Share f of rust in a mixture (1 - f) clean + f rust: the least-squares projection.
+double mixed_share(const Color& now, const Color& clean, const Color& rust) {
+  const Color way{rust[0] - clean[0], rust[1] - clean[1], rust[2] - clean[2]};
+  const double whole = dot(way, way);
+  return whole > kMinContrast ? dot(way, {now[0] - clean[0], now[1] - clean[1], now[2] - clean[2]}) / whole : 0.0;
+}
+
+/// The same with rust of any brightness between black crusts and the brightest: the least-squares solution of
+/// now = (1 - f) clean + f b rust for f and b.
+double share_of_any_rust(const Color& now, const Color& clean, const Color& rust) {
+  const double cc = dot(clean, clean), cr = dot(clean, rust), rr = dot(rust, rust), nc = dot(now, clean),
+               nr = dot(now, rust), determinant = cc * rr - cr * cr;
+  if (!(determinant > kMinTint * kMinTint * cc * rr)) return mixed_share(now, clean, rust);  // Hardly another tint.
+  const double of_clean = (nc * rr - nr * cr) / determinant, of_rust = (nr * cc - nc * cr) / determinant;
+  const double share = 1.0 - of_clean, brightness = share > 0.0 ? of_rust / share : 1.0;
+  if (brightness >= kDarkestRust && brightness <= 1.0) return share;
+  const double b = brightness > 1.0 ? 1.0 : kDarkestRust;
+  return mixed_share(now, clean, {b * rust[0], b * rust[1], b * rust[2]});
+}
+
 double distance(const std::array<double, 3>& a, const std::array<double, 3>& b) {
   return std::sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
 }
 
-/// Pixels that have the color of rust, whatever they were before.
-ImageU8 colored(const ImageF& color, const ImageU8& mask, const RustRule& rule) {
+/// Pixels that have the color of rust. @param before  Pixels that had it then, and have hardly changed, do not count;
+/// may be empty.
+ImageU8 colored(const ImageF& color, const ImageU8& mask, const RustRule& rule, const ImageF& before = {}) {
   ImageU8 out(color.width(), color.height());
   for (std::int64_t i = 0; i < mask.num_pixels(); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    out.data()[i] = mask.data()[i] != 0 && has_rust_color(lab_of(pixel_of(color, k)), rule) ? 255 : 0;
+    if (mask.data()[i] == 0) continue;
+    const std::array<double, 3> lab = lab_of(pixel_of(color, k));
+    const bool has_changed = before.empty() || distance(lab, lab_of(pixel_of(before, k))) >= rule.least_change;
+    out.data()[i] = has_changed && has_rust_color(lab, rule) ? 255 : 0;
   }
   return out;
 }
@@ -121,7 +149,7 @@ RustMap::RustMap(const GradedFrames& frames, const RustRule& rule, const RunCont
   const ImageF unexposed = unexposed_surface(frames, rule);
   const std::size_t n = static_cast<std::size_t>(width_) * height_;
   const auto background_of = [&](const ImageF& color) {
-    return unrusted_color(unexposed, color, mask_, colored(color, mask_, rule_));
+    return unrusted_color(unexposed, color, mask_, colored(color, mask_, rule_, unexposed));
   };
   const ImageF last = frames.color(num_frames_ - 1);
   if (last.width() != width_ || last.height() != height_)
@@ -136,18 +164,13 @@ RustMap::RustMap(const GradedFrames& frames, const RustRule& rule, const RunCont
                    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
                      if (mask_.data()[i] == 0) continue;
                      const std::array<double, 3> now = pixel_of(color, i), clean = pixel_of(background, i);
-                     double along = 0.0, whole = 0.0;
-                     for (std::size_t c = 0; c < 3; ++c) {
-                       const double way = (*rust_color_)[c] - clean[c];
-                       along += way * (now[c] - clean[c]);
-                       whole += way * way;
-                     }
                      const std::size_t k = n * static_cast<std::size_t>(t) + i;
-                     const double opacity = whole > kMinContrast ? along / whole : 0.0;
-                     opacity_[k] = opacity_code(is_only_dark(now, clean, *rust_color_, opacity) ? 0.0 : opacity);
                      const std::array<double, 3> lab = lab_of(now);
                      is_colored_[k] =
                          has_rust_color(lab, rule_) && distance(lab, lab_of(clean)) >= rule_.least_change ? 1 : 0;
+                     double opacity = mixed_share(now, clean, *rust_color_);
+                     if (is_colored_[k] != 0) opacity = std::max(opacity, share_of_any_rust(now, clean, *rust_color_));
+                     opacity_[k] = opacity_code(is_only_dark(now, clean, *rust_color_, opacity) ? 0.0 : opacity);
                    }
                  });
   }

@@ -37,8 +37,8 @@ analysis::ScribeRequest scribe_from(const py::object& given) {
   }
   const auto list = py::cast<py::sequence>(given);
   const bool is_one = list.size() > 0 && !py::isinstance<py::sequence>(list[0]);
-  const auto scribes =
-      is_one ? std::vector{py::cast<std::vector<double>>(given)} : py::cast<std::vector<std::vector<double>>>(given);
+  const auto scribes = is_one ? std::vector<std::vector<double>>{py::cast<std::vector<double>>(given)}
+                              : py::cast<std::vector<std::vector<double>>>(given);
   analysis::ScribeRequest request{.is_wanted = !scribes.empty()};
   for (const std::vector<double>& v : scribes) {
     if (v.size() != 5 || (v[0] == v[2] && v[1] == v[3]))

@@ -71,7 +71,9 @@ PAGES = {
     "docs/unlighting.md": "cp -r $made/mold . && cp $made/step.json .",
     "docs/calibration.md": "cp $made/rig/* .",
     "docs/devices.md": "true",
-    "docs/grading.md": f"cp {ROOT / 'analysis/grading/assets/grades.json'} $made/marked.png .",
+    "docs/grading.md": f"cp {ROOT / 'analysis/grading/assets/grades.json'} $made/marked.png . && mkdir rear && cp $made/photos/*.png rear && "
+                       "for i in 1 2 3 4; do for name in coated bare; do env -u PATINATE_WIDTH -u PATINATE_HEIGHT patinate synth panel --width 400 --height 300 --num-frames 3 --scribe "
+                       "--seed $i$((${#name})) -o made_$name$i; patinate ingest made_$name$i -o ${name}_$i; done; done",
     "docs/compare.md": COPPER + f" && for name in {MANY}; do cp -r copper $name; done; cp -r $made/aged copper_hydrant; "
                        # Replicates have to be different histories.
                        "for i in 1 2 3 4; do patinate history appearance copper --roughness 0.$i -o copper_$i; patinate history appearance copper --specular 0.$i -o simulated_$i; done",

@@ -125,6 +125,46 @@ TEST(RustMap, FindsNoneOnACleanSurfaceWhoseLightDrifts) {
   EXPECT_FALSE(map.rust_color());
 }
 
+/// A bare steel plate as it is photographed: mill scale, and squares of orange, brown and black-brown rust.
+ImageF bare_steel(bool is_rusted, std::uint64_t seed) {
+  constexpr std::array<double, 3> kScale{0.058, 0.063, 0.075};  // L* 30, blue-gray.
+  constexpr std::array<std::array<double, 3>, 3> kRust{
+      {{0.22, 0.07, 0.017}, {0.085, 0.032, 0.014}, {0.04, 0.02, 0.01}}};
+  ImageF out(240, 120, 3);
+  RandomStream random(seed, 0, 0);
+  for (int y = 0; y < out.height(); ++y) {
+    for (int x = 0; x < out.width(); ++x) {
+      const int column = x / 80;
+      const bool is_inside = is_rusted && x % 80 >= 20 && x % 80 < 60 && y >= 40 && y < 80;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double v = is_inside ? kRust[static_cast<std::size_t>(column)][c] : kScale[c];
+        out.at(x, y, static_cast<int>(c)) = static_cast<float>(v + 0.004 * (random.uniform() - 0.5));
+      }
+    }
+  }
+  return out;
+}
+
+TEST(RustMap, RustOfAnyBrightnessCountsOnBareSteel) {
+  const RustFrame frame = map_of({bare_steel(false, 1), bare_steel(true, 2)}).at(1);
+  ASSERT_EQ(frame.spots.size(), 3u);
+  // Half a pixel along the edges: these have no blur, which the sum over the edge expects.
+  for (const RustSpot& spot : frame.spots) EXPECT_NEAR(spot.area_px, 1600.0, 0.5 * 160.0) << spot.x;
+}
+
+TEST(RustMap, ASurfaceThatHasRustedAllOverIsNoDriftOfLight) {
+  const ImageF before = bare_steel(false, 1);
+  ImageF film = before;
+  constexpr std::array<float, 3> kFilm{0.075f, 0.046f, 0.028f};  // Brown, hardly darker than the scale.
+  for (int y = 0; y < film.height(); ++y) {
+    for (int x = 0; x < film.width(); ++x) std::copy(kFilm.begin(), kFilm.end(), film.pixel(x, y).begin());
+  }
+  const RustFrame frame = map_of({before, film}).at(1);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < frame.labels.size(); ++i) sum += static_cast<double>(frame.coverage.data()[i]);
+  EXPECT_GT(sum, 0.9 * 240 * 120);
+}
+
 TEST(RustMap, DarkLinesAreNoRustEvenWhereTheyTouchIt) {
   const DrawnPanel before, after{.seed = 2};
   ImageF now = after.image(true);

@@ -113,8 +113,11 @@ TEST(FitObjective, ContrastTellsAPatternFromItsScrambledPlacesThatHaveTheSameCol
 
 /// Gray paint; at the end a rectangle of it has rusted.
 AgedSurface rusting_paint(int rust_width, int rust_height) {
-  AgedSurface out{
-      .name = "paint", .time_unit = TimeUnit::Hours, .times = {0.0, 480.0}, .mask = ImageU8(120, 80, 1, 255)};
+  AgedSurface out;
+  out.name = "paint";
+  out.time_unit = TimeUnit::Hours;
+  out.times = {0.0, 480.0};
+  out.mask = ImageU8(120, 80, 1, 255);
   for (const bool is_rusted : {false, true}) {
     ImageF& color = out.colors.emplace_back(120, 80, 3, 0.5F);
     for (int y = 20; is_rusted && y < 20 + rust_height; ++y) {

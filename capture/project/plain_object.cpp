@@ -24,7 +24,8 @@ constexpr double kMaxObject = 0.9;  ///< Part of the picture: so little backgrou
 /// Part of what is not background that is connected: spots on a sample are many. The grain of a wooden table is up to
 /// a sixth (plates that were photographed by hand, docs/algorithms/grading.md).
 constexpr double kMinWhole = 0.8;
-constexpr double kSameColor = 0.15;  ///< sRGB codes over their mean: what the white balance of a camera varies by.
+constexpr double kBandContact = 0.5;  ///< Of a band's mean width: it ends at both borders with about all of that.
+constexpr double kSameColor = 0.15;   ///< sRGB codes over their mean: what the white balance of a camera varies by.
 /// Intersection over union of an object that stayed. An outline that is one pixel of 512 off takes about 2 % of an
 /// object as large as kMinObject.
 constexpr double kSamePlace = 0.95;
@@ -72,12 +73,14 @@ std::optional<SeenObject> seen_object(const fs::path& photograph) {
   }
   if (largest == 0) return std::nullopt;
   const double area = figures.at<int>(largest, cv::CC_STAT_AREA);
-  const auto spans = [&](int begin, int length, int side) {  // A band across the picture belongs to a sample.
-    return figures.at<int>(largest, begin) == 0 && figures.at<int>(largest, length) == side;
-  };
-  if (spans(cv::CC_STAT_LEFT, cv::CC_STAT_WIDTH, codes.width())) return std::nullopt;
-  if (spans(cv::CC_STAT_TOP, cv::CC_STAT_HEIGHT, codes.height())) return std::nullopt;
   seen.mask = labels == largest;
+  // A band across the picture belongs to a sample. A shadow or a corner that reaches the border is no band.
+  const auto is_band = [&](const cv::Mat& one_side, const cv::Mat& opposite, int length) {
+    return std::min(cv::countNonZero(one_side), cv::countNonZero(opposite)) >= kBandContact * area / length;
+  };
+  if (is_band(seen.mask.row(0), seen.mask.row(seen.mask.rows - 1), seen.mask.rows) ||
+      is_band(seen.mask.col(0), seen.mask.col(seen.mask.cols - 1), seen.mask.cols))
+    return std::nullopt;
   seen.share = area / static_cast<double>(codes.num_pixels());
   const bool is_whole = area >= kMinWhole * cv::countNonZero(other);
   if (!is_whole || seen.share < kMinObject || seen.share > kMaxObject) return std::nullopt;

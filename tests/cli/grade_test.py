@@ -136,7 +136,7 @@ class Grade(CommandCase):
         self.assertEqual(alone["regions"], among["regions"])
         self.assertEqual({g["scale"] for g in report["grades"]}, {"ri", "d610", "rp", "crack_size"})
         self.assertIn("Degree of rusting", (self.folder / "report/report.html").read_text())
-        self.assertIn("rusted_percent", self.succeeds("info", "report"))
+        self.assertIn("none of 11 figures differs", self.succeeds("info", "report"))
         # Replicates alone have no test; a limit that one panel breaks is a failed run.
         (self.folder / "limits.txt").write_text("Ri <= 2 at 480 h\n")
         run = self.run_patinate("grade", *bad, "--edge-mm", "2", "--limits", "limits.txt", "-o", "one_group")

@@ -23,6 +23,8 @@ constexpr double kInCushion = 0.7;  // Share of what decides from which amount o
 constexpr double kDome = 1.4;       // By which a plant in the middle of the largest cushion is taller.
 constexpr double kSpread = 0.7;     // Tangent by which those at its rim lean outward.
 constexpr double kOwnColor = 0.5;   // Share of a leaf's color that is not that of what it grows on.
+constexpr double kBelowLight =
+    1.3;                            // Factor of the color of what it grows on: leaves are lighter than the stems' dark.
 constexpr double kUpright = 0.35;   // Share by which plants turn from the surface's normal upward.
 constexpr double kSeedling = 0.35;  // Height of a plant that has just come, of what it grows to ...
 constexpr double kGrowth = 0.25;    // ... while the amount rises by this.
@@ -72,10 +74,13 @@ double total_area(const Mesh& mesh) {
 
 }  // namespace
 
-std::vector<Plant> find_plants(const Mesh& given, const SurfaceMaps& maps, const RenderOptions& options,
-                               const SurfaceOptions& surface) {
-  std::vector<Plant> plants;
-  if (maps.plants.empty() || !(surface.plants > 0.0)) return plants;
+double PlantPlace::height_at(double amount) const {
+  return amount < threshold ? 0.0 : kSeedling + (1.0 - kSeedling) * std::min(1.0, (amount - threshold) / kGrowth);
+}
+
+std::vector<PlantPlace> plant_places(const Mesh& given, const RenderOptions& options, const SurfaceOptions& surface) {
+  std::vector<PlantPlace> places;
+  if (!(surface.plants > 0.0)) return places;
   const Mesh mesh = with_normals(given);
   const Vec3 up = world_from_y_up(Vec3::UnitY(), options.up);
   const double size = surface.plant_size > 0.0 ? surface.plant_size : kSize * bounding_box(mesh).diagonal();
@@ -96,32 +101,43 @@ std::vector<Plant> find_plants(const Mesh& given, const SurfaceMaps& maps, const
     for (int i = 0; i < count; ++i) {
       const double root = std::sqrt(random.uniform()), along = random.uniform();
       const double b1 = root * (1.0 - along), b2 = root * along;
-      Plant plant{.uv = blend(uv, b1, b2)};
-      const Vec3 place = blend(p, b1, b2);
-      const CushionPlace cushion = cushion_size > 0.0 ? cushion_at(place, cushion_size) : CushionPlace{};
+      PlantPlace place{.plant = {.root = blend(p, b1, b2), .uv = blend(uv, b1, b2)}, .triangle = t};
+      Plant& plant = place.plant;
+      const CushionPlace cushion = cushion_size > 0.0 ? cushion_at(plant.root, cushion_size) : CushionPlace{};
       const double chance = random.uniform();
       const double late =
           cushion_size > 0.0 ? kInCushion * (1.0 - cushion.depth) + (1.0 - kInCushion) * chance : chance;
-      const double threshold = kMinAmount + (kMostAmount - kMinAmount) * late;
+      place.threshold = kMinAmount + (kMostAmount - kMinAmount) * late;
       plant.turn = 2.0 * std::numbers::pi * random.uniform();
       plant.size = size * (0.5 + random.uniform()) * (1.0 + kDome * cushion.height);
       const double shade = 0.75 + 0.5 * random.uniform();
-      const double chance_of_kind = random.uniform();
-      const double amount = texture_at(maps.plants, plant.uv.x(), plant.uv.y())[0];
-      if (amount < threshold) continue;
-      plant.kind = plant_kind(cushion.tone, chance_of_kind);
-      plant.size *= kSeedling + (1.0 - kSeedling) * std::min(1.0, (amount - threshold) / kGrowth);
+      plant.kind = plant_kind(cushion.tone, random.uniform());
       plant.place = static_cast<std::uint64_t>(t) << 32 | static_cast<std::uint32_t>(i);
-      const std::array<double, 3> below = texture_at(maps.color, plant.uv.x(), plant.uv.y());
-      plant.color = shade * (kOwnColor * tone_color(cushion.tone) + (1.0 - kOwnColor) * 1.3 * Vec3(below.data()));
-      const Vec3 normal = blend(n, b1, b2).normalized();
-      plant.root = place;
-      if (!maps.height.empty())
-        plant.root += surface.relief * texture_at(maps.height, plant.uv.x(), plant.uv.y())[0] * normal;
-      const Vec3 grows = (1.0 - kUpright) * normal + kUpright * up + kSpread * cushion.outward;
-      plant.up = grows.norm() > 1e-6 ? Vec3(grows.normalized()) : normal;
-      plants.push_back(plant);
+      place.own_color = shade * kOwnColor * tone_color(cushion.tone);
+      place.share_below = shade * (1.0 - kOwnColor) * kBelowLight;
+      place.normal = blend(n, b1, b2).normalized();
+      const Vec3 grows = (1.0 - kUpright) * place.normal + kUpright * up + kSpread * cushion.outward;
+      plant.up = grows.norm() > 1e-6 ? Vec3(grows.normalized()) : place.normal;
+      places.push_back(place);
     }
+  }
+  return places;
+}
+
+std::vector<Plant> find_plants(const Mesh& mesh, const SurfaceMaps& maps, const RenderOptions& options,
+                               const SurfaceOptions& surface) {
+  std::vector<Plant> plants;
+  if (maps.plants.empty()) return plants;
+  for (const PlantPlace& place : plant_places(mesh, options, surface)) {
+    Plant plant = place.plant;
+    const double height = place.height_at(texture_at(maps.plants, plant.uv.x(), plant.uv.y())[0]);
+    if (!(height > 0.0)) continue;
+    plant.size *= height;
+    const std::array<double, 3> below = texture_at(maps.color, plant.uv.x(), plant.uv.y());
+    plant.color = place.own_color + place.share_below * Vec3(below.data());
+    if (!maps.height.empty())
+      plant.root += surface.relief * texture_at(maps.height, plant.uv.x(), plant.uv.y())[0] * place.normal;
+    plants.push_back(plant);
   }
   return plants;
 }

@@ -25,6 +25,22 @@ struct Plant {
   Vec3 color = Vec3::Zero();  ///< Linear, of the middle of its leaves.
 };
 
+/// A place where a plant grows as soon as there is enough.
+struct PlantPlace {
+  Plant plant;                    ///< Full-grown, its root on the smooth surface; without a color.
+  Vec3 normal = Vec3::UnitZ();    ///< Of the smooth surface.
+  double threshold = 0.0;         ///< Amount from which on it shows, as a seedling.
+  Vec3 own_color = Vec3::Zero();  ///< Part of the plant's color that does not depend on what it grows on.
+  double share_below = 0.0;       ///< How much of the color of what it grows on is added.
+  int triangle = 0;
+
+  /// Height of the plant, of what it grows to: 0 below the threshold.
+  [[nodiscard]] double height_at(double amount) const;
+};
+/// All places of a surface, whatever its amounts. At most 100,000.
+[[nodiscard]] std::vector<PlantPlace> plant_places(const Mesh& mesh, const RenderOptions& options,
+                                                   const SurfaceOptions& surface);
+
 /// Plants of a surface with their roots on its relief: 1.5 for each square of `plant_size`, times `plants`, where the
 /// amount suffices; at most 100,000 places. None without a map.
 [[nodiscard]] std::vector<Plant> find_plants(const Mesh& mesh, const SurfaceMaps& maps, const RenderOptions& options,

@@ -1,7 +1,6 @@
 #include "app/output/simulated_maps.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include "libcommon/core/files.h"
@@ -16,14 +15,7 @@ namespace patinate::app {
 
 namespace {
 
-constexpr const char* kWater = "water";
-constexpr std::array<const char*, 2> kPlants{"moss", "organic"};  ///< The first that a scene has, as in the studio.
 constexpr float kMinRoughness = 0.05f;  // Least roughness in the GLB that `simulate` writes, too.
-
-int material_index(const simulation::Scene& scene, const std::string& name) {
-  const auto found = std::find(scene.materials.begin(), scene.materials.end(), name);
-  return found == scene.materials.end() ? -1 : static_cast<int>(found - scene.materials.begin());
-}
 
 ImageF decoded_normals(const ImageU8& codes) {
   ImageF normals(codes.width(), codes.height(), 3);
@@ -50,10 +42,7 @@ SimulatedSurface::SimulatedSurface(const std::filesystem::path& folder, double f
   manifest.apply_to(file);
   if (file.scene.materials != manifest.materials)
     throw IoError(file.file.string(), "has other materials than the simulation " + folder.string());
-  if (const int water = material_index(file.scene, kWater); water >= 0) {
-    simulation::MaterialAppearance& look = file.scene.appearance[water];
-    look.strength = look.specular = look.height_mm = 0.0;
-  }
+  file.scene.appearance = simulation::looks_below_film(file.scene, std::move(file.scene.appearance));
   frames_ = read_history_manifest(folder_ / "history");
   has_course_ = std::all_of(frames_.frames.begin(), frames_.frames.end(),
                             [](const HistoryFrame& frame) { return frame.amounts.has_value(); });
@@ -73,7 +62,7 @@ SurfaceMaps SimulatedSurface::at(double time, const RunControl& control) {
   }
   const simulation::Scene& scene = simulation.scene();
   const simulation::Composer& look = simulation.compose(control);
-  const int water = material_index(scene, kWater);
+  const int water = simulation::film_material(scene), plant = simulation::plant_material(scene);
   SurfaceMaps maps{.color = look.color_linear(),
                    .normals = decoded_normals(look.normal8()),
                    .roughness = roughness_of(look.specular8()),
@@ -85,9 +74,7 @@ SurfaceMaps SimulatedSurface::at(double time, const RunControl& control) {
     for (float& w : maps.wetness.values()) w = std::min(1.0f, w / static_cast<float>(film_));
     dilate(maps.wetness, simulation.coverage(), -1);
   }
-  for (const char* name : kPlants) {
-    const int plant = material_index(scene, name);
-    if (plant < 0 || !maps.plants.empty()) continue;
+  if (plant >= 0) {
     maps.plants = simulation.amounts(plant);
     dilate(maps.plants, simulation.coverage(), -1);
   }

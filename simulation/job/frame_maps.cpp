@@ -18,7 +18,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr const char* kWater = "water";
 constexpr float kMinRoughness = 0.05f;  ///< See docs/algorithms/composition.md, In a GLB.
+
+int material_named(const Scene& scene, const char* name) {
+  const auto found = std::find(scene.materials.begin(), scene.materials.end(), name);
+  return found == scene.materials.end() ? -1 : static_cast<int>(found - scene.materials.begin());
+}
 
 bool has_relief(const Scene& scene) {
   return std::any_of(scene.objects.begin(), scene.objects.end(),
@@ -26,27 +32,6 @@ bool has_relief(const Scene& scene) {
          std::any_of(scene.appearance.begin(), scene.appearance.end(),
                      [](const MaterialAppearance& a) { return a.height_mm != 0.0; }) ||
          has_layers(scene);
-}
-
-bool has_metal(const Scene& scene) {
-  return std::any_of(scene.objects.begin(), scene.objects.end(), [](const SceneObject& object) {
-    return object.preset.metalness > 0.0 || std::any_of(object.layers.begin(), object.layers.end(),
-                                                        [](const Layer& l) { return l.look.metalness > 0.0; });
-  });
-}
-
-/// Of what shows of objects with layers.
-void fill_metalness(const LayerAtlas& layers, ImageF& metal) {
-  const SurfaceAtlas& surface = layers.surface();
-  for (int y = 0; y < metal.height(); ++y) {
-    for (int x = 0; x < metal.width(); ++x) {
-      const TexelIndex t = surface.grid().index(x, y);
-      if (!surface.is_covered(t)) continue;
-      const int object = surface.object(surface.triangle(t));
-      if (layers.num_layers(object) > 0)
-        metal.at(x, y) = static_cast<float>(layers.metalness(object, layers.tops()[t]));
-    }
-  }
 }
 
 /// Channels of a frame's amounts.
@@ -86,33 +71,67 @@ ImageF unit_normals(const ImageU8& codes) {
 std::vector<std::string> frame_map_names(const Scene& scene) {
   std::vector<std::string> names{"specular"};
   if (has_relief(scene)) names.insert(names.end(), {"normal", "height"});
-  if (has_metal(scene)) names.emplace_back("metalness");
+  if (TexelMetal::is_in(scene)) names.emplace_back("metalness");
   return names;
+}
+
+int film_material(const Scene& scene) { return material_named(scene, kWater); }
+
+int plant_material(const Scene& scene) {
+  const int moss = material_named(scene, "moss");
+  return moss >= 0 ? moss : material_named(scene, "organic");
+}
+
+std::vector<MaterialAppearance> looks_below_film(const Scene& scene, std::vector<MaterialAppearance> looks) {
+  if (const int water = film_material(scene); water >= 0) {
+    MaterialAppearance& look = looks[static_cast<std::size_t>(water)];
+    look.strength = look.specular = look.height_mm = 0.0;
+  }
+  return looks;
+}
+
+bool TexelMetal::is_in(const Scene& scene) {
+  return std::any_of(scene.objects.begin(), scene.objects.end(), [](const SceneObject& object) {
+    return object.preset.metalness > 0.0 || std::any_of(object.layers.begin(), object.layers.end(),
+                                                        [](const Layer& l) { return l.look.metalness > 0.0; });
+  });
+}
+
+float TexelMetal::at(TexelIndex texel) const {
+  const Scene& scene = simulation_.scene();
+  const MaterialAtlas& atlas = simulation_.atlas();
+  const int object = atlas.surface().object(atlas.surface().triangle(texel));
+  const LayerAtlas* layers = simulation_.layers();
+  const bool has_layers = layers != nullptr && layers->num_layers(object) > 0;
+  const auto metal = static_cast<float>(has_layers ? layers->metalness(object, layers->tops()[texel])
+                                                   : scene.objects[static_cast<std::size_t>(object)].preset.metalness);
+  float cover = 0.0f;
+  for (int m = 0; m < static_cast<int>(scene.materials.size()); ++m) {
+    const std::string& material = scene.materials[m];
+    if (material == kWater || material == "metal") continue;
+    const auto now = static_cast<float>(static_cast<double>(atlas.amount(m, texel)) / kAmountOne),
+               before = static_cast<float>(static_cast<double>(atlas.original(m, texel)) / kAmountOne);
+    cover += static_cast<float>(scene.appearance[m].strength) * std::max(0.0f, now - before);
+  }
+  return metal * std::max(0.0f, 1.0f - cover);
 }
 
 ImageF metalness_of(const Simulation& simulation) {
   const Scene& scene = simulation.scene();
-  if (!has_metal(scene)) return {};
+  if (!TexelMetal::is_in(scene)) return {};
   ImageF metal(scene.resolution, scene.resolution);
+  const TexelMetal texels(simulation);
+  const SurfaceAtlas& surface = simulation.atlas().surface();
   const std::vector<ObjectSquare> squares = simulation.object_squares();
   for (std::size_t i = 0; i < squares.size(); ++i) {
     const ObjectSquare& square = squares[i];
     for (int y = square.y; y < square.y + square.side; ++y) {
-      for (int x = square.x; x < square.x + square.side; ++x)
-        metal.at(x, y) = static_cast<float>(scene.objects[i].preset.metalness);
+      for (int x = square.x; x < square.x + square.side; ++x) {
+        const TexelIndex t = surface.grid().index(x, y);
+        metal.at(x, y) = surface.is_covered(t) ? texels.at(t) : static_cast<float>(scene.objects[i].preset.metalness);
+      }
     }
   }
-  if (const LayerAtlas* layers = simulation.layers()) fill_metalness(*layers, metal);
-  ImageF cover(scene.resolution, scene.resolution);
-  for (int m = 0; m < static_cast<int>(scene.materials.size()); ++m) {
-    const std::string& material = scene.materials[m];
-    if (material == "water" || material == "metal") continue;
-    const ImageF now = simulation.amounts(m), before = simulation.original_amounts(m);
-    const auto strength = static_cast<float>(scene.appearance[m].strength);
-    for (std::int64_t i = 0; i < cover.num_pixels(); ++i)
-      cover.data()[i] += strength * std::max(0.0f, now.data()[i] - before.data()[i]);
-  }
-  for (std::int64_t i = 0; i < metal.num_pixels(); ++i) metal.data()[i] *= std::max(0.0f, 1.0f - cover.data()[i]);
   return metal;
 }
 

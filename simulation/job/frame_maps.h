@@ -18,6 +18,30 @@ namespace patinate::simulation {
 /// Files of frame `index`, relative to the history, in the order of frame_map_names(); the amounts last.
 [[nodiscard]] std::vector<std::filesystem::path> frame_map_files(const Scene& scene, int index);
 
+/// The material that a picture shows as a film, water. @returns -1 where the scene has none.
+[[nodiscard]] int film_material(const Scene& scene);
+/// The material of which small plants grow in a picture: moss, else organic material. @returns -1 where the scene has
+/// none.
+[[nodiscard]] int plant_material(const Scene& scene);
+/// Appearance of the surface below a film of water: water adds no color, gloss or height, which would count it twice.
+/// @param looks  By material of the scene.
+[[nodiscard]] std::vector<MaterialAppearance> looks_below_film(const Scene& scene,
+                                                               std::vector<MaterialAppearance> looks);
+
+/// Bare metal texel by texel, less what has come to lie on it. Water does not cover.
+class TexelMetal {
+ public:
+  /// @param simulation  Outlives this, and does not change meanwhile.
+  explicit TexelMetal(const Simulation& simulation) : simulation_(simulation) {}
+  /// Whether any object of a scene is made of metal.
+  [[nodiscard]] static bool is_in(const Scene& scene);
+  /// [0, 1]. @param texel  Inside the charts.
+  [[nodiscard]] float at(TexelIndex texel) const;
+
+ private:
+  const Simulation& simulation_;
+};
+
 /// Bare metal, less what has come to lie on it: H x W x 1, not dilated. Empty where no preset has metalness. Water does
 /// not cover.
 [[nodiscard]] ImageF metalness_of(const Simulation& simulation);

@@ -10,17 +10,18 @@ inline constexpr std::int64_t kMaxUnacknowledged = 2;
 
 struct LiveEngine::Client {
   Client(std::shared_ptr<WebSocketPeer> given, ScreenTile num_tiles)
-      : peer(std::move(given)), surface(num_tiles), relief(num_tiles), overlay(num_tiles) {
+      : peer(std::move(given)), surface(num_tiles), relief(num_tiles), material(num_tiles), overlay(num_tiles) {
     surface.add_all();
     relief.add_all();
   }
   [[nodiscard]] bool has_credit() const { return num_sent - num_acknowledged < kMaxUnacknowledged; }
 
   std::shared_ptr<WebSocketPeer> peer;
-  DirtyTiles surface, relief, overlay;
+  DirtyTiles surface, relief, material, overlay;
   bool wants_surface = true;
   bool wants_relief = true;
-  std::string overlay_name;  ///< "" = none.
+  bool wants_material = false;  ///< Water is a film then.
+  std::string overlay_name;     ///< "" = none.
   std::int64_t num_gammatons = 0;
   std::int64_t num_sent = 0;  ///< Updates; the number of the last one.
   std::int64_t num_acknowledged = 0;

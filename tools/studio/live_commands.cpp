@@ -8,6 +8,7 @@
 #include "simulation/files/scene_event.h"
 #include "simulation/files/scene_json.h"
 #include "simulation/files/scene_lengths.h"
+#include "simulation/job/frame_maps.h"
 #include "tools/studio/live_client.h"
 #include "tools/studio/live_labels.h"
 #include "tools/studio/outside_json.h"
@@ -165,16 +166,23 @@ struct LiveEngine::Commands {
         return std::find(planes.begin(), planes.end(), name) != planes.end();
       };
       for (const std::string& plane : planes) {
-        if (plane != "surface" && plane != "relief" && plane != "overlay")
-          throw InvalidInput("/planes: found \"" + plane + "\"; expected surface, relief or overlay");
+        if (plane != "surface" && plane != "relief" && plane != "material" && plane != "overlay")
+          throw InvalidInput("/planes: found \"" + plane + "\"; expected surface, relief, material or overlay");
       }
       client.wants_surface = wants("surface");
       client.wants_relief = wants("relief");
+      if (wants("material") != client.wants_material) watch_material(c, wants("material"));
     }
     if (c.request.contains("overlay")) watch_overlay(c, c.request.at("overlay"));
     if (c.request.contains("gammatons"))
       client.num_gammatons = integer_member(c.request, "gammatons", 0, kMaxGammatons);
     client.shown_state = -1;
+  }
+  static void watch_material(const Call& c, bool is_wanted) {
+    c.client.wants_material = is_wanted;
+    if (is_wanted) c.client.material.add_all();
+    const auto& all = c.engine.clients_;
+    c.engine.show_film(std::any_of(all.begin(), all.end(), [](const auto& one) { return one.second->wants_material; }));
   }
   static void watch_overlay(const Call& c, const Json& asked) {
     LiveEngine& e = c.engine;
@@ -282,7 +290,7 @@ void LiveEngine::set_appearance(const Json& changes, std::int64_t gesture) {
   context.materials = scene.materials;
   context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a color [r, g, b]"); };
   const JsonReader reader("appearance", changes);
-  std::vector<simulation::MaterialAppearance> appearance = scene.appearance;
+  std::vector<simulation::MaterialAppearance> appearance = looks_;
   Json cleaned = Json::object();
   for (const std::string& name : reader.keys()) {
     const Json said = name;
@@ -297,11 +305,32 @@ void LiveEngine::set_appearance(const Json& changes, std::int64_t gesture) {
   const auto [label, key] = look_label(cleaned);
   const StepName step{.label = label, .key = key, .gesture = gesture};
   std::optional<AppearanceState> before;
-  if (!step_that_goes_on(step)) before = AppearanceState{scene.appearance, record_.appearance_state()};
-  simulation_.set_appearance(std::move(appearance));
+  if (!step_that_goes_on(step)) before = AppearanceState{looks_, record_.appearance_state()};
+  set_looks(std::move(appearance));
   for (const auto& [name, change] : cleaned.items()) record_.set_appearance(name, change);
   for (const auto& [id, client] : clients_) client->shown_state = -1;
   remember_appearance(step, std::move(before));
+}
+
+/// Below a film that is shown, water adds no color of its own.
+void LiveEngine::set_looks(std::vector<simulation::MaterialAppearance> looks) {
+  looks_ = std::move(looks);
+  simulation_.set_appearance(material_ ? simulation::looks_below_film(simulation_.scene(), looks_) : looks_);
+  if (material_) material_->forget();  // What covers metal depends on strengths.
+}
+
+/// While somebody watches what texels are made of, water is a film: the surface is composed without it. Where gammatons
+/// bounce about composed normals, these must not depend on who looks.
+void LiveEngine::show_film(bool is_shown) {
+  const simulation::Scene& scene = simulation_.scene();
+  const bool is_possible = MaterialPlane::is_in(scene) && scene.tracing.bounce_normal == simulation::BounceNormal::Mesh;
+  if ((is_shown && is_possible) == material_.has_value()) return;
+  if (material_) {
+    material_.reset();
+  } else {
+    material_.emplace(scene, layout_);
+  }
+  set_looks(std::move(looks_));
 }
 
 /// @param name  Without a label: by what the event does.

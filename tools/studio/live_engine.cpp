@@ -9,10 +9,10 @@
 
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
+#include "simulation/job/frame_maps.h"
 #include "simulation/tracing/gammatons.h"
 #include "simulation/transport/ledger_json.h"
 #include "tools/studio/live_client.h"
-#include "tools/studio/mesh_glb.h"
 #include "tools/studio/scene_text.h"
 
 namespace patinate::studio {
@@ -74,6 +74,7 @@ LiveEngine::LiveEngine(simulation::SceneFile file, const ServedFolder& folder, c
       simulation_(with_brush(file_, record_), simulation_options(file_, options), control),
       layout_(simulation_.atlas().surface()),
       planes_(layout_),
+      looks_(simulation_.scene().appearance),
       start_(simulation_.snapshot()),
       slider_(slider_of(*record_.written())),
       start_slider_(slider_),
@@ -117,10 +118,14 @@ void LiveEngine::leave(int client) {
   if (stroke_ && stroke_->client == found->second.get()) finish_stroke();
   clients_.erase(found);
   has_news_ = true;
-  if (!clients_.empty()) return;
+  if (!clients_.empty()) {
+    show_film(std::any_of(clients_.begin(), clients_.end(), [](const auto& c) { return c.second->wants_material; }));
+    return;
+  }
   is_running_ = false;
   num_steps_left_ = 0;
   overlays_.clear();
+  show_film(false);
   keep(true);
 }
 
@@ -146,6 +151,9 @@ Json LiveEngine::scene_json() const {
     const std::string unit = simulation_.parameter_map(name).unit;
     add_overlay(name, unit == "time" ? std::string(shown_time_unit(file_.time_unit)) : unit);
   }
+  const auto name_of = [&](int material) {
+    return material < 0 ? Json(nullptr) : Json(scene.materials[static_cast<std::size_t>(material)]);
+  };
   std::vector<std::string> notes = file_.notes;
   if (!opened_.empty()) notes.insert(notes.begin(), opened_);
   for (const std::string& note : simulation_.notes()) {
@@ -156,7 +164,11 @@ Json LiveEngine::scene_json() const {
             {"width", layout_.width()},
             {"height", layout_.height()},
             {"materials", scene.materials},
-            {"appearance", appearance_json(scene)},
+            {"appearance", appearance_json(scene, looks_)},
+            {"look",
+             {{"metal", simulation::TexelMetal::is_in(scene)},
+              {"film", name_of(simulation::film_material(scene))},
+              {"plants", name_of(simulation::plant_material(scene))}}},
             {"emitters", emitters_json(scene)},
             {"objects", objects_json(scene)},
             {"behavior", behavior_json(scene.behavior)},
@@ -259,13 +271,13 @@ bool LiveEngine::advance(const std::stop_token& stop) {
   return stroke_ ? stroke_->is_lifted || !stroke_->ahead.empty() : is_running_;
 }
 
-std::string LiveEngine::mesh_glb() const {
+PartedMesh LiveEngine::parted_mesh() const {
   const simulation::Scene& scene = simulation_.scene();
-  std::vector<MeshPart> parts;
-  for (const simulation::SceneObject& object : scene.objects) parts.push_back({object.name, {}, {}});
+  PartedMesh mesh{.mesh = simulation_.mesh(), .parts = {}};
+  for (const simulation::SceneObject& object : scene.objects) mesh.parts.push_back({object.name, {}, {}});
   const simulation::SurfaceAtlas& surface = simulation_.atlas().surface();
-  for (int t = 0; t < surface.num_triangles(); ++t) parts[surface.object(t)].triangles.push_back(t);
-  return studio::mesh_glb(simulation_.mesh(), parts, 0.001);
+  for (int t = 0; t < surface.num_triangles(); ++t) mesh.parts[surface.object(t)].triangles.push_back(t);
+  return mesh;
 }
 
 }  // namespace patinate::studio

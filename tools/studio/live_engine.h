@@ -19,6 +19,8 @@
 #include "patinate/simulation/engine.h"
 #include "patinate/simulation/scene_io.h"
 #include "simulation/rules/rule_io.h"
+#include "tools/studio/material_plane.h"
+#include "tools/studio/mesh_glb.h"
 #include "tools/studio/overlay_plane.h"
 #include "tools/studio/recording.h"
 #include "tools/studio/scene_record.h"
@@ -67,8 +69,8 @@ class LiveEngine {
   /// @param device  As LiveOptions::device. @returns null where that scene cannot be built: this one goes on.
   [[nodiscard]] std::unique_ptr<LiveEngine> take_next(std::shared_ptr<const simulation::SimulationDevice> device,
                                                       const RunControl& control);
-  /// One node an object, where they are now.
-  [[nodiscard]] std::string mesh_glb() const;
+  /// One part an object, where they are now.
+  [[nodiscard]] PartedMesh parted_mesh() const;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -174,6 +176,8 @@ class LiveEngine {
   void apply(const Json& event_mm, const StepName& name);
   void perform(const Json& event_of_file, const simulation::SceneEvent& parsed);
   void set_appearance(const Json& changes, std::int64_t gesture);
+  void set_looks(std::vector<simulation::MaterialAppearance> looks);
+  void show_film(bool is_shown);
   // live_stroke.cpp
   void begin_stroke(const Client& client, const std::string& emitter, const std::vector<Vec3>& way,
                     const std::vector<std::string>& erased);
@@ -223,6 +227,7 @@ class LiveEngine {
   void send_update(Client& client);
   void send_gammatons(Client& client);
   // live_output.cpp
+  class AsExported;
   void save(const std::string& name);
   void export_to(const std::string& name, const std::vector<std::string>& what,
                  const std::shared_ptr<WebSocketPeer>& peer);
@@ -239,6 +244,9 @@ class LiveEngine {
   TilePlanes planes_;
   ReliefRange relief_;
   std::map<std::string, OverlayPlane> overlays_;
+  std::optional<MaterialPlane> material_;              ///< While somebody watches it.
+  std::vector<simulation::MaterialAppearance> looks_;  ///< As set; the simulation's are those below the film where one
+                                                       ///< is shown.
   std::map<int, std::unique_ptr<Client>> clients_;
   std::vector<std::byte> start_;
   ImageU8 start_color_;      ///< What it looked like then.

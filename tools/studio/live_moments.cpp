@@ -32,6 +32,7 @@ void LiveEngine::go_to(const Moment& moment) {
   picture_of_ = moment.picture_of;
   opened_ = moment.opened;
   for (auto& [name, overlay] : overlays_) overlay.forget();
+  if (material_) material_->forget();
   for (const auto& [id, client] : clients_) client->shown_state = -1;
 }
 
@@ -91,8 +92,8 @@ void LiveEngine::exchange(Step& step, bool is_undo) {
   step.made = {};  // What comes later is a step of its own.
   step.gesture = 0;
   if (step.appearance) {
-    AppearanceState now{simulation_.scene().appearance, record_.appearance_state()};
-    simulation_.set_appearance(std::move(step.appearance->shown));
+    AppearanceState now{looks_, record_.appearance_state()};
+    set_looks(std::move(step.appearance->shown));
     record_.set_appearance_state(step.appearance->recorded);
     step.appearance = std::move(now);
     for (const auto& [id, client] : clients_) client->shown_state = -1;

@@ -35,6 +35,23 @@ void make_history(const fs::path& scene, const fs::path& output, simulation::Col
 
 }  // namespace
 
+/// While it lives, the simulation is composed as files have it: water is a color, no film.
+class LiveEngine::AsExported {
+ public:
+  explicit AsExported(LiveEngine& engine) : engine_(engine) {
+    engine_.refresh();  // Clients get to see what is composed from now on.
+    if (engine_.material_) engine_.simulation_.set_appearance(engine_.looks_);
+  }
+  ~AsExported() {
+    if (engine_.material_) engine_.set_looks(std::move(engine_.looks_));
+  }
+  AsExported(const AsExported&) = delete;
+  AsExported& operator=(const AsExported&) = delete;
+
+ private:
+  LiveEngine& engine_;
+};
+
 void LiveEngine::save(const std::string& name) {
   const fs::path path = folder_.new_path(name);
   if (path.extension() != ".json") throw InvalidInput("\"" + name + "\": a scene file ends in .json");
@@ -58,6 +75,7 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
   fs::create_directory(folder);
   write_atomically(folder / "scene.json", readable_text(record_.file_for(folder, iteration())));
   if (wants("textures") || wants("glb")) {
+    const AsExported as_exported(*this);
     simulation::write_composed_files(folder, file_.name, simulation_, "");
     std::error_code ignored;
     if (!wants("glb")) fs::remove(folder / "model.glb", ignored);
@@ -149,7 +167,7 @@ Json LiveEngine::probe(int x, int y) {
 
 /// Colors, amounts and places never met since the start of the scene.
 Json LiveEngine::outcome() {
-  refresh();  // Clients get to see what is composed below.
+  const AsExported as_exported(*this);
   ImageF before(start_color_.width(), start_color_.height(), 3);
   for (std::size_t i = 0; i < before.values().size(); ++i)
     before.values()[i] = linear_from_srgb(static_cast<float>(start_color_.values()[i]) / 255.0f);

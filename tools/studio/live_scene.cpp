@@ -170,12 +170,12 @@ bool LiveScene::is_running() const {
   return is_running_;
 }
 
-std::string LiveScene::mesh_glb() {
-  const auto promise = std::make_shared<std::promise<std::string>>();
-  std::future<std::string> mesh = promise->get_future();
+PartedMesh LiveScene::parted_mesh() {
+  const auto promise = std::make_shared<std::promise<PartedMesh>>();
+  std::future<PartedMesh> mesh = promise->get_future();
   post([promise](LiveEngine& engine) {
     try {
-      promise->set_value(engine.mesh_glb());
+      promise->set_value(engine.parted_mesh());
     } catch (...) {
       promise->set_exception(std::current_exception());
     }

@@ -26,7 +26,7 @@ struct LiveMeans {
   std::function<std::shared_ptr<const simulation::SimulationDevice>()> open_device = {};
 };
 
-/// A LiveEngine in a thread. Thread-safe; calls but mesh_glb() return at once.
+/// A LiveEngine in a thread. Thread-safe; calls but parted_mesh() return at once.
 class LiveScene {
  public:
   /// Begins to read the scene; clients that have joined hear how far it is, and why it failed.
@@ -47,7 +47,7 @@ class LiveScene {
   [[nodiscard]] bool is_running() const;
   /// Where its objects are now. @throws InvalidInput with problem(); CannotComplete if it takes more than a minute to
   /// get there.
-  [[nodiscard]] std::string mesh_glb();
+  [[nodiscard]] PartedMesh parted_mesh();
 
  private:
   void run(const std::filesystem::path& path, PlaceKind kind, const ServedFolder& folder, const LiveMeans& means,

@@ -51,6 +51,10 @@ void LiveEngine::refresh() {
     client->surface.add(changes.surface);
     client->relief.add(changes.relief);
   }
+  if (material_) {
+    const std::vector<ScreenTile> tiles = material_->update(simulation_);
+    for (const auto& [id, client] : clients_) client->material.add(tiles);
+  }
   for (auto& [name, overlay] : overlays_) {
     const double high = overlay.high();
     const std::vector<ScreenTile> tiles = overlay.update(simulation_);
@@ -79,22 +83,25 @@ bool LiveEngine::is_due(const Client& c) const {
     return false;
   if (c.wants_hash || c.shown_state != state_number()) return true;
   return (c.wants_surface && !c.surface.empty()) || (c.wants_relief && !c.relief.empty()) ||
-         (!c.overlay_name.empty() && !c.overlay.empty());
+         (material_ && c.wants_material && !c.material.empty()) || (!c.overlay_name.empty() && !c.overlay.empty());
 }
 
 void LiveEngine::send_update(Client& c) {
   const std::vector<ScreenTile> surface = c.wants_surface ? c.surface.take() : std::vector<ScreenTile>();
   const std::vector<ScreenTile> relief = c.wants_relief ? c.relief.take() : std::vector<ScreenTile>();
+  const std::vector<ScreenTile> material =
+      material_ && c.wants_material ? c.material.take() : std::vector<ScreenTile>();
   const std::vector<ScreenTile> overlay = c.overlay_name.empty() ? std::vector<ScreenTile>() : c.overlay.take();
-  const bool is_empty = surface.empty() && relief.empty() && overlay.empty();
+  const bool is_empty = surface.empty() && relief.empty() && material.empty() && overlay.empty();
   c.shown_state = state_number();
   if (is_empty && !c.wants_hash && c.num_gammatons == 0) return;
   if (std::exchange(c.wants_hash, false)) {
-    c.peer->send_text(Json{{"type", "hash"},
-                           {"iteration", simulation_.iteration()},
-                           {"surface", xxh64(planes_.rows(TilePlanes::Surface))},
-                           {"relief", xxh64(planes_.rows(TilePlanes::Relief))}}
-                          .dump());
+    Json hash{{"type", "hash"},
+              {"iteration", simulation_.iteration()},
+              {"surface", xxh64(planes_.rows(TilePlanes::Surface))},
+              {"relief", xxh64(planes_.rows(TilePlanes::Relief))}};
+    if (material_ && c.wants_material) hash["material"] = xxh64(material_->rows());
+    c.peer->send_text(hash.dump());
   }
   if (c.num_gammatons > 0) send_gammatons(c);
   Json header{{"type", "tiles"},
@@ -110,9 +117,11 @@ void LiveEngine::send_update(Client& c) {
     header["plane"] = plane;
     for (std::string& message : tile_messages(header, tiles, is_last, bytes)) c.peer->send_binary(std::move(message));
   };
-  send("surface", surface, relief.empty() && overlay.empty(),
+  send("surface", surface, relief.empty() && material.empty() && overlay.empty(),
        [&](ScreenTile t) { return planes_.tile(TilePlanes::Surface, t); });
-  send("relief", relief, overlay.empty(), [&](ScreenTile t) { return planes_.tile(TilePlanes::Relief, t); });
+  send("relief", relief, material.empty() && overlay.empty(),
+       [&](ScreenTile t) { return planes_.tile(TilePlanes::Relief, t); });
+  if (material_) send("material", material, overlay.empty(), [&](ScreenTile t) { return material_->tile(t); });
   if (!overlay.empty()) {
     const OverlayPlane& plane = overlays_.at(c.overlay_name);
     send("overlay", overlay, true, [&](ScreenTile t) { return plane.tile(t); });

@@ -6,6 +6,8 @@
 #include <numeric>
 
 #include "libcommon/output/glb_document.h"
+#include "libcommon/output/occlusion.h"
+#include "libcommon/output/relief.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/simulation/surface_atlas.h"
@@ -13,6 +15,8 @@
 namespace patinate::studio {
 
 namespace {
+
+constexpr int kMaxReliefTriangles = 300'000;  ///< What a browser without a graphics card can still turn.
 
 class Glb {
  public:
@@ -40,11 +44,12 @@ class Glb {
 };
 
 struct Vertices {
-  std::vector<float> positions, normals, uvs;
+  std::vector<float> positions, normals, uvs, hidden;
   std::vector<std::uint32_t> indices;
 };
 
-Vertices vertices_of(const Mesh& mesh, const std::vector<int>& triangles, double scale, bool has_uvs) {
+Vertices vertices_of(const PartedMesh& parted, const std::vector<int>& triangles, double scale, bool has_uvs) {
+  const Mesh& mesh = parted.mesh;
   Vertices out;
   std::map<std::array<int, 3>, std::uint32_t> index_of;
   for (const int t : triangles) {
@@ -60,6 +65,7 @@ Vertices vertices_of(const Mesh& mesh, const std::vector<int>& triangles, double
       if (!p.allFinite() || !n.allFinite()) throw InvalidInput("the mesh has a value that is not finite");
       for (int c = 0; c < 3; ++c) out.positions.push_back(static_cast<float>(p[c]));
       for (int c = 0; c < 3; ++c) out.normals.push_back(static_cast<float>(n[c]));
+      if (!parted.open.empty()) out.hidden.push_back(1.0f - parted.open[static_cast<std::size_t>(corner[0])]);
       if (!has_uvs) continue;
       const Vec2& uv = mesh.uvs[corner[1]];
       out.uvs.push_back(static_cast<float>(uv.x()));
@@ -77,13 +83,14 @@ std::vector<float> floats_of(const std::vector<Vec3>& points, double scale) {
   return floats;
 }
 
-void add_part(Glb& glb, const Mesh& mesh, const MeshPart& part, double meters_per_unit, bool has_uvs) {
+void add_part(Glb& glb, const PartedMesh& mesh, const MeshPart& part, double meters_per_unit, bool has_uvs) {
   const Vertices v = vertices_of(mesh, part.triangles, meters_per_unit, has_uvs);
   Json node{{"name", part.name}};
   if (!v.indices.empty()) {
     Json attributes{{"POSITION", glb.add_positions(v.positions)}};
     attributes["NORMAL"] = glb.add_floats(v.normals, 3, "VEC3");
     if (has_uvs) attributes["TEXCOORD_0"] = glb.add_floats(v.uvs, 2, "VEC2");
+    if (!v.hidden.empty()) attributes["_HIDDEN"] = glb.add_floats(v.hidden, 1, "SCALAR");
     const int indices = glb.add_indices(v.indices);
     glb.json()["meshes"].push_back(
         {{"name", part.name}, {"primitives", Json::array({{{"attributes", attributes}, {"indices", indices}}})}});
@@ -101,31 +108,54 @@ void add_part(Glb& glb, const Mesh& mesh, const MeshPart& part, double meters_pe
 
 }  // namespace
 
-std::string mesh_glb(const Mesh& mesh, const std::vector<MeshPart>& parts, double meters_per_unit) {
+PartedMesh parted_mesh(Mesh mesh, const std::string& name) {
+  MeshPart part{.name = name, .triangles = std::vector<int>(mesh.triangles.size()), .points = {}};
+  std::iota(part.triangles.begin(), part.triangles.end(), 0);
+  return {.mesh = std::move(mesh), .parts = {std::move(part)}};
+}
+
+PartedMesh parted_mesh(const simulation::Scene& scene) {
+  simulation::SceneMesh all = simulation::make_scene_mesh(scene);
+  PartedMesh out{.mesh = std::move(all.mesh), .parts = {}};
+  for (const simulation::SceneObject& object : scene.objects) out.parts.push_back({object.name, {}, {}});
+  for (std::size_t t = 0; t < all.object.size(); ++t) out.parts[all.object[t]].triangles.push_back(static_cast<int>(t));
+  return out;
+}
+
+PartedMesh lit_mesh(PartedMesh given, LookDetail detail, int texels, const RunControl& control) {
+  PartedMesh out{.mesh = std::move(given.mesh), .parts = std::move(given.parts)};
+  // Refined triangles keep the surface of the one that they are cut from: here, its part.
+  const auto num_parts = static_cast<int>(out.parts.size());
+  out.mesh.triangle_surface.assign(out.mesh.triangles.size(), num_parts);
+  for (int p = 0; p < num_parts; ++p) {
+    for (const int t : out.parts[static_cast<std::size_t>(p)].triangles)
+      out.mesh.triangle_surface[static_cast<std::size_t>(t)] = p;
+  }
+  const double diagonal = bounding_box(out.mesh).diagonal();
+  const RenderOptions options;
+  out.mesh = refined_for_occlusion(with_shared_positions(with_normals(out.mesh)), options);
+  out.open = occlusion_at_vertices(out.mesh, RayScene(out.mesh), diagonal, options, control);
+  if (detail == LookDetail::Relief && out.mesh.has_uvs())
+    out.mesh = refined_to_texels(std::move(out.mesh), ImageF(texels, texels), kMaxReliefTriangles, out.open);
+  for (MeshPart& part : out.parts) part.triangles.clear();
+  for (std::size_t t = 0; t < out.mesh.triangles.size(); ++t) {
+    if (const int p = out.mesh.triangle_surface[t]; p < num_parts)
+      out.parts[static_cast<std::size_t>(p)].triangles.push_back(static_cast<int>(t));
+  }
+  return out;
+}
+
+std::string mesh_glb(const PartedMesh& mesh, double meters_per_unit) {
   Glb glb;
-  const bool has_uvs = mesh.has_uvs();
+  const bool has_uvs = mesh.mesh.has_uvs();
   Json nodes = Json::array();
-  for (const MeshPart& part : parts) {
+  for (const MeshPart& part : mesh.parts) {
     add_part(glb, mesh, part, meters_per_unit, has_uvs);
     nodes.push_back(nodes.size());
   }
   glb.json()["scenes"] = Json::array({{{"nodes", nodes}}});
   glb.json()["scene"] = 0;
   return glb.text();
-}
-
-std::string mesh_glb(const Mesh& mesh, const std::string& name, double meters_per_unit) {
-  MeshPart part{.name = name, .triangles = std::vector<int>(mesh.triangles.size()), .points = {}};
-  std::iota(part.triangles.begin(), part.triangles.end(), 0);
-  return mesh_glb(mesh, {part}, meters_per_unit);
-}
-
-std::string scene_glb(const simulation::Scene& scene) {
-  const simulation::SceneMesh all = simulation::make_scene_mesh(scene);
-  std::vector<MeshPart> parts;
-  for (const simulation::SceneObject& object : scene.objects) parts.push_back({object.name, {}, {}});
-  for (std::size_t t = 0; t < all.object.size(); ++t) parts[all.object[t]].triangles.push_back(static_cast<int>(t));
-  return mesh_glb(all.mesh, parts, 0.001);
 }
 
 }  // namespace patinate::studio

@@ -154,7 +154,8 @@ std::string registered_scans_glb(const RegisteredScans& registration, const RunC
   }
   all.surfaces.resize(1);
   all.triangle_surface.assign(all.triangles.size(), 0);
-  return mesh_glb(with_normals(std::move(all)), parts, 0.001 * find_mm_per_unit(registration.unit).value_or(1.0));
+  return mesh_glb({.mesh = with_normals(std::move(all)), .parts = std::move(parts)},
+                  0.001 * find_mm_per_unit(registration.unit).value_or(1.0));
 }
 
 }  // namespace patinate::studio

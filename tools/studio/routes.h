@@ -59,6 +59,8 @@ struct Asked {
 [[nodiscard]] HttpResponse answer_map(const Asked& asked);
 [[nodiscard]] HttpResponse answer_curve(const Asked& asked);
 [[nodiscard]] HttpResponse answer_mesh(const Asked& asked);
+/// Where small plants can grow on a scene.
+[[nodiscard]] HttpResponse answer_plants(const Asked& asked);
 [[nodiscard]] HttpResponse answer_preview(const Asked& asked);
 [[nodiscard]] HttpResponse answer_file(const Asked& asked);
 [[nodiscard]] HttpResponse answer_live(const Asked& asked);

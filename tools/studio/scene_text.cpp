@@ -106,10 +106,10 @@ Json objects_json(const simulation::Scene& scene) {
   return list;
 }
 
-Json appearance_json(const simulation::Scene& scene) {
+Json appearance_json(const simulation::Scene& scene, std::span<const simulation::MaterialAppearance> looks) {
   Json json = Json::object();
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-    const simulation::MaterialAppearance& l = scene.appearance[i];
+    const simulation::MaterialAppearance& l = looks[i];
     json[scene.materials[i]] = {
         {"strength", l.strength},
         {"variation", l.variation},

@@ -15,7 +15,8 @@ namespace patinate::studio {
 /// Lengths in mm, everything written out.
 [[nodiscard]] Json emitters_json(const simulation::Scene& scene);
 [[nodiscard]] Json objects_json(const simulation::Scene& scene);
-[[nodiscard]] Json appearance_json(const simulation::Scene& scene);
+[[nodiscard]] Json appearance_json(const simulation::Scene& scene,
+                                   std::span<const simulation::MaterialAppearance> looks);
 [[nodiscard]] Json behavior_json(const simulation::Behavior& behavior);
 [[nodiscard]] Json exchange_json(const simulation::Scene& scene);
 [[nodiscard]] Json rules_json(const simulation::Scene& scene);

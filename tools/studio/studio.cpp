@@ -137,6 +137,7 @@ struct Studio::Routes {
                                        Route{"GET", "/api/map", answer_map},
                                        Route{"GET", "/api/curve", answer_curve},
                                        Route{"GET", "/api/mesh", answer_mesh},
+                                       Route{"GET", "/api/plants", answer_plants},
                                        Route{"GET", "/api/preview", answer_preview},
                                        Route{"GET", "/api/file", answer_file},
                                        Route{"GET", "/api/live", answer_live},

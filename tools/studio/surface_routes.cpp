@@ -1,4 +1,4 @@
-// Color over time: /api/texture, /api/map, /api/curve, /api/paint, /api/mesh.
+// Color over time: /api/texture, /api/map, /api/curve, /api/paint, /api/mesh, /api/plants.
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
@@ -15,6 +15,7 @@
 #include "patinate/simulation/scene_io.h"
 #include "tools/studio/mesh_glb.h"
 #include "tools/studio/plane_hash.h"
+#include "tools/studio/plant_rows.h"
 #include "tools/studio/registered_scans.h"
 #include "tools/studio/routes.h"
 
@@ -147,22 +148,45 @@ HttpResponse paint_transfer(const Asked& asked, const std::string& body) {
           .body = asked.painted.open(asked.folder, path, asked.control)->answer(request, asked.control)};
 }
 
+namespace {
+
+/// The mesh of a place, where its objects are now, and meters per unit of it.
+std::pair<PartedMesh, double> shown_mesh(const Asked& asked, const std::filesystem::path& path, PlaceKind kind) {
+  constexpr double kMeters = 0.001;
+  const std::string name = path.stem().string();
+  if (const std::shared_ptr<LiveScene> scene = asked.live.find(path); scene && scene->problem().empty())
+    return {scene->parted_mesh(), kMeters};
+  if (kind == PlaceKind::Mesh)
+    return {parted_mesh(with_normals(read_mesh(path)), name), is_gltf_file(path) ? 1.0 : kMeters};
+  if (kind == PlaceKind::Scene) return {parted_mesh(simulation::read_scene(path, asked.control).scene), kMeters};
+  return {parted_mesh(asked.opened.open(path, kind)->mesh(), name), kMeters};
+}
+
+}  // namespace
+
 HttpResponse answer_mesh(const Asked& asked) {
+  constexpr std::array<std::string_view, 3> kDetails{"own", "light", "relief"};
   const auto [path, kind] = asked.place();
   std::string glb;
-  if (const std::shared_ptr<LiveScene> scene = asked.live.find(path); scene && scene->problem().empty()) {
-    glb = scene->mesh_glb();
-  } else if (kind == PlaceKind::Mesh) {
-    glb = mesh_glb(with_normals(read_mesh(path)), path.stem().string(), is_gltf_file(path) ? 1.0 : 0.001);
-  } else if (kind == PlaceKind::Scene) {
-    glb = scene_glb(simulation::read_scene(path, asked.control).scene);
-  } else if (kind == PlaceKind::Registration) {
+  if (kind == PlaceKind::Registration) {
     glb = registered_scans_glb(read_registration(path, asked.folder), asked.control);
   } else {
-    const std::shared_ptr<const SurfaceInTime> surface = asked.opened.open(path, kind);
-    glb = mesh_glb(surface->mesh(), path.stem().string(), 0.001);
+    auto [mesh, meters] = shown_mesh(asked, path, kind);
+    if (const std::size_t detail = chosen(asked, "detail", kDetails); detail > 0) {
+      const int texels = asked.target.has("texels") ? asked.integer("texels", 1, kMostSide) : 1;
+      mesh = lit_mesh(std::move(mesh), detail == 1 ? LookDetail::Light : LookDetail::Relief, texels, asked.control);
+    }
+    glb = mesh_glb(mesh, meters);
   }
   return {.type = "model/gltf-binary", .body = std::move(glb)};
+}
+
+HttpResponse answer_plants(const Asked& asked) {
+  const auto [path, kind] = asked.place();
+  if (kind != PlaceKind::Scene && kind != PlaceKind::Simulation)
+    throw InvalidInput("only scenes and simulations have plants");
+  const PartedMesh mesh = shown_mesh(asked, path, kind).first;
+  return {.type = "application/octet-stream", .body = plant_rows(mesh)};
 }
 
 }  // namespace patinate::studio

@@ -167,13 +167,15 @@ std::span<const std::uint8_t> TilePlanes::tile(Plane plane, ScreenTile tile) con
   return {&planes_[plane][tile * kTileBytes], kTileBytes};
 }
 
-std::string TilePlanes::rows(Plane plane) const {
-  const auto width = static_cast<std::size_t>(layout_->width()), height = static_cast<std::size_t>(layout_->height());
+std::string TilePlanes::rows(Plane plane) const { return rows_of_tiles(*layout_, planes_[plane]); }
+
+std::string rows_of_tiles(const ScreenLayout& layout, std::span<const std::uint8_t> tiles) {
+  const auto width = static_cast<std::size_t>(layout.width()), height = static_cast<std::size_t>(layout.height());
   std::string out(width * height * 4, '\0');
   for (std::size_t y = 0; y < height; ++y) {
     for (std::size_t x = 0; x < width; x += 8) {
-      const std::size_t tile = y / 8 * static_cast<std::size_t>(layout_->columns()) + x / 8;
-      std::memcpy(&out[4 * (y * width + x)], &planes_[plane][tile * kTileBytes + y % 8 * 32],
+      const std::size_t tile = y / 8 * static_cast<std::size_t>(layout.columns()) + x / 8;
+      std::memcpy(&out[4 * (y * width + x)], &tiles[tile * TilePlanes::kTileBytes + y % 8 * 32],
                   4 * std::min<std::size_t>(8, width - x));
     }
   }

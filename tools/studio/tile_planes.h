@@ -45,6 +45,9 @@ class ScreenLayout {
   std::vector<ScreenTile> gutter_tiles_;     ///< Other tiles whose gutters show texels of this one.
 };
 
+/// Tiles of four bytes a texel row by row, as a texture: width x height x 4. @param tiles  All, in order.
+[[nodiscard]] std::string rows_of_tiles(const ScreenLayout& layout, std::span<const std::uint8_t> tiles);
+
 /// Heights as 255 steps of [low_mm, high_mm].
 struct ReliefRange {
   double low_mm = -1.0;

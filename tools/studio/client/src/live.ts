@@ -11,7 +11,7 @@ export interface LiveEvents {
   /// Tiles of one plane; `payload` begins with the numbers. The view calls acknowledge() when the update with `last` is on screen.
   tiles(header: TilesHeader, payload: ArrayBuffer, offset: number): void;
   gammatons(positions: Float32Array): void;
-  hash(hash: { iteration: number; surface: string; relief: string }): void;
+  hash(hash: { iteration: number; surface: string; relief: string; material?: string }): void;
   outcome(outcome: Outcome): void;
   probe(probe: Probe): void;
   exported(exported: Exported): void;
@@ -39,7 +39,7 @@ export type Answer = Record<string, unknown>;
 type Waiting = { resolve: (answer: Answer) => void; reject: (error: Error) => void };
 
 export class Live {
-  watch: Watch = { planes: ["surface", "relief"], overlay: null, gammatons: 0 };
+  watch: Watch = { planes: ["surface", "relief", "material"], overlay: null, gammatons: 0 };
   private socket: WebSocket | undefined;
   private readonly waiting = new Map<number, Waiting>();
   private next_id = 1;

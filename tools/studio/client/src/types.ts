@@ -184,6 +184,8 @@ export interface SceneState {
   time_unit: string;
   time_per_iteration: number;
   overlays: (string | Overlay)[];
+  /// Whether anything is of metal; the materials that are seen as a film, and of which plants grow.
+  look: { metal: boolean; film: string | null; plants: string | null };
   relief_mm: [number, number];
   bounds_mm: [Vec3, Vec3];
   notes?: string[];
@@ -288,7 +290,7 @@ export interface TilesHeader {
   type: "tiles";
   update: number;
   iteration: number;
-  plane: "surface" | "relief" | "overlay";
+  plane: "surface" | "relief" | "material" | "overlay";
   tile: number;
   count: number;
   width: number;

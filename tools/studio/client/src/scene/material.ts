@@ -1,8 +1,9 @@
-// How surfaces are drawn: physically based, with what the studio adds to three.js's materials: two times with a wipe, their difference, a map
-// as colors, gloss and relief from the server's planes, a history's material.
+// How surfaces are drawn: as `render` does (lighting.ts), with what the studio adds: two times with a wipe, their difference, a map as colors, gloss,
+// relief, metal and water from the server's planes, a history's material.
 import * as THREE from "three";
 import { kLabShader } from "../color/lab";
 import { kRampShader } from "../color/ramp";
+import { kLightingDeclarations, kLightingVertex, lighting_main, type Lighting } from "./lighting";
 
 export type Comparison = "one" | "wipe" | "difference";
 const kComparisons: Comparison[] = ["one", "wipe", "difference"];
@@ -30,12 +31,15 @@ export class SurfaceLook {
     material_a: { value: [] as THREE.Texture[] },
     material_b: { value: [] as THREE.Texture[] },
     has_material: { value: [0, 0, 0] },
+    /// Metalness, wetness and plants of a running scene.
+    substance: { value: null as THREE.Texture | null },
+    has_substance: { value: 0 },
   };
 
   constructor() {
     const gray = new THREE.DataTexture(new Uint8Array([128, 128, 255, 0]), 1, 1);
     gray.needsUpdate = true;
-    this.uniforms.map_b.value = this.uniforms.overlay.value = this.uniforms.relief.value = gray;
+    this.uniforms.map_b.value = this.uniforms.overlay.value = this.uniforms.relief.value = this.uniforms.substance.value = gray;
     this.uniforms.material_a.value = kMaterialMaps.map(() => gray);
     this.uniforms.material_b.value = kMaterialMaps.map(() => gray);
   }
@@ -123,12 +127,27 @@ diffuseColor.rgb *= 1.0 - 0.6 * as_map;
 
 /// Roughness as exported GLB files have it: what the specular value leaves, mirrors of 8 bit flicker.
 const kRoughness = /* glsl */ `
-float roughnessFactor = mix(roughness, max(1.0 - surface_gloss, 0.051), gloss);
-if (has_material[1] != 0) roughnessFactor = mix(max(occlusion_roughness_metalness().g, 0.051), roughness, as_map);
+float roughnessFactor = mix(roughness, max(1.0 - surface_gloss, 0.05), gloss);
+if (has_material[1] != 0) roughnessFactor = max(occlusion_roughness_metalness().g, 0.05);
+roughnessFactor = mix(roughnessFactor, 0.8, as_map);
 `;
 
 const kMetalness = /* glsl */ `
-float metalnessFactor = has_material[1] == 0 ? 0.0 : (1.0 - as_map) * occlusion_roughness_metalness().b;
+vec2 metal_and_water = has_substance == 0 ? vec2(0.0) : texture2D(substance, vMapUv).rg;
+if (has_material[1] != 0) metal_and_water.r = occlusion_roughness_metalness().b;
+metal_and_water *= 1.0 - as_map;
+float metalnessFactor = metal_and_water.r;
+`;
+
+const kPlace = /* glsl */ `
+  p.normal = normal;
+  p.smooth_normal = nonPerturbedNormal;
+  p.color = diffuseColor.rgb;
+  p.specular = reflectance();
+  p.roughness = roughnessFactor;
+  p.metalness = metalnessFactor;
+  p.wetness = metal_and_water.g;
+  p.open = 1.0 - v_hidden;
 `;
 
 const kLights = THREE.ShaderChunk.lights_physical_fragment.replace("mix( vec3( 0.04 ), diffuseColor.rgb", "mix( reflectance(), diffuseColor.rgb");
@@ -147,32 +166,33 @@ if (normal_amount > 0.0) {
 }
 `;
 
-function extend(material: THREE.Material, look: SurfaceLook, is_lit: boolean): void {
+function extend(material: THREE.Material, look: SurfaceLook, lighting?: Lighting): void {
   material.onBeforeCompile = (shader) => {
-    Object.assign(shader.uniforms, look.uniforms);
+    Object.assign(shader.uniforms, look.uniforms, lighting?.uniforms);
     shader.fragmentShader = shader.fragmentShader.replace("#include <common>", `#include <common>\n${kDeclarations}${kOverlayColor}`).replace("#include <map_fragment>", kColor);
-    if (!is_lit) return;
-    shader.fragmentShader = shader.fragmentShader.replace("#include <common>", "#include <common>\nuniform sampler2D relief;\nuniform float normal_amount;\nfloat as_map;")
-      .replace("#include <roughnessmap_fragment>", kRoughness).replace("#include <metalnessmap_fragment>", kMetalness).replace("#include <lights_physical_fragment>", kLights)
-      .replace("void main() {", `${kMaterial}\nvoid main() {`).replace("#include <normal_fragment_maps>", kReliefNormal);
-    shader.vertexShader = shader.vertexShader.replace("#include <common>", "#include <common>\nuniform sampler2D relief;\nuniform vec2 relief_mm;\nuniform float displacement;")
+    if (!lighting) return;
+    const lights = "#include <lights_physical_fragment>\n\t#include <lights_fragment_begin>\n\t#include <lights_fragment_maps>\n\t#include <lights_fragment_end>";
+    shader.fragmentShader = shader.fragmentShader.replace("#include <common>", "#include <common>\nuniform sampler2D relief, substance;\nuniform float normal_amount;\nuniform int has_substance;\nfloat as_map;")
+      .replace("#include <roughnessmap_fragment>", kRoughness).replace("#include <metalnessmap_fragment>", kMetalness).replace(lights, lighting_main(kPlace, kLights))
+      .replace("void main() {", `${kMaterial}${kLightingDeclarations}\nvoid main() {`).replace("#include <normal_fragment_maps>", kReliefNormal);
+    shader.vertexShader = shader.vertexShader.replace("#include <common>", `#include <common>\nuniform sampler2D relief;\nuniform vec2 relief_mm;\nuniform float displacement;\n${kLightingVertex.declarations}`)
       .replace("#include <displacementmap_vertex>",
-               "if (displacement > 0.0) transformed += normalize(objectNormal) * displacement * mix(relief_mm.x, relief_mm.y, texture2D(relief, uv).a);");
+               `${kLightingVertex.main}\nif (displacement > 0.0) transformed += normalize(objectNormal) * displacement * mix(relief_mm.x, relief_mm.y, texture2D(relief, uv).a);`);
   };
-  material.customProgramCacheKey = () => `patinate ${is_lit}`;
+  material.customProgramCacheKey = () => `patinate ${lighting !== undefined}`;
 }
 
 /// For meshes: lit. `map` must be set.
-export function lit_material(look: SurfaceLook, map: THREE.Texture): THREE.MeshStandardMaterial {
+export function lit_material(look: SurfaceLook, lighting: Lighting, map: THREE.Texture): THREE.MeshStandardMaterial {
   const material = new THREE.MeshStandardMaterial({ map, roughness: 0.8, metalness: 0, side: THREE.DoubleSide, shadowSide: THREE.DoubleSide });
-  extend(material, look, true);
+  extend(material, look, lighting);
   return material;
 }
 
 /// For pictures, and for meshes where exact colors are to be read.
 export function flat_material(look: SurfaceLook, map: THREE.Texture): THREE.MeshBasicMaterial {
   const material = new THREE.MeshBasicMaterial({ map, side: THREE.DoubleSide, toneMapped: false });
-  extend(material, look, false);
+  extend(material, look);
   return material;
 }
 

@@ -2,13 +2,14 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { current_theme, on_theme } from "../ui/theme";
-import { Environments, lamp_direction, light_named } from "./environment";
+import { Environments, lamp_direction, type Lamp } from "./environment";
 import { distance_to_fit } from "./framing";
+import { Lighting } from "./lighting";
 import { first_hit, prepare_picking, type Hit } from "./picking";
 
 export type { Hit };
 
-const kShadowTexels = 1024;
+const kShadowTexels = 2048;
 const kClick_px = 5;
 const kLook_ms = 4, kPrepare_ms = 250;
 const kSlow_ms = 45, kLeastScale = 0.5, kRest_ms = 350;
@@ -21,6 +22,8 @@ export class Viewer {
   camera: THREE.PerspectiveCamera | THREE.OrthographicCamera;
   /// What fit() looks at and clicks hit.
   readonly content = new THREE.Group();
+  /// Of lit_material().
+  readonly lighting = new Lighting();
   /// Called before a frame is drawn, and after.
   before_frame: (() => void) | undefined;
   after_frame: (() => void) | undefined;
@@ -33,7 +36,7 @@ export class Viewer {
   private keeps_moving = false;
   private readonly lamp = new THREE.DirectionalLight(0xffffff, 1);
   private readonly floor: THREE.Mesh;
-  private readonly environments: Environments;
+  readonly environments: Environments;
   private readonly observer: ResizeObserver;
   private readonly stop_theme: () => void;
   private readonly is_software: boolean;
@@ -45,7 +48,7 @@ export class Viewer {
   private next_scale = 1;
   private is_rest_frame = false;
   private rest_timer: number | undefined;
-  private light = "studio";
+  private shining: Lamp | undefined;
   private light_turn_deg = 0;
   private readonly raycaster = new THREE.Raycaster();
   private down: { x: number; y: number } | undefined;
@@ -53,7 +56,7 @@ export class Viewer {
   constructor(readonly element: HTMLElement, readonly is_flat: boolean) {
     this.is_software = draws_in_software();
     this.renderer = new THREE.WebGLRenderer({ antialias: !this.is_software, powerPreference: "high-performance" });
-    this.renderer.toneMapping = THREE.NeutralToneMapping;  // Keeps colors as they are below 0.8.
+    this.renderer.toneMapping = THREE.NoToneMapping;  // As `render`: radiance 1 is white.
     this.renderer.shadowMap.enabled = !is_flat;
     this.renderer.shadowMap.type = this.is_software ? THREE.BasicShadowMap : THREE.PCFSoftShadowMap;
     this.renderer.shadowMap.autoUpdate = false;
@@ -161,17 +164,19 @@ export class Viewer {
     this.invalidate_shadows();
   }
 
+  /// @param name  Of kLights, or of a picture that was added to `environments`.
   set_light(name: string, turn_deg = this.light_turn_deg): void {
-    this.light = name;
     this.light_turn_deg = turn_deg;
-    const light = light_named(name);
+    const { surroundings, mirror } = this.environments.get(name);
     if (!this.is_flat) {
-      this.scene.environment = this.environments.get(name);
-      this.scene.environmentIntensity = light.ambient;
+      this.scene.environment = mirror;
       this.scene.environmentRotation.y = (turn_deg * Math.PI) / 180;
     }
-    this.lamp.color.set(light.lamp.color);
-    this.lamp.intensity = light.lamp.strength;
+    const { lamp, smooth } = surroundings;
+    this.shining = lamp;
+    this.lighting.set(smooth, lamp?.half_angle_deg ?? 0, lamp?.is_around === false);
+    this.lamp.color.setRGB(...(lamp?.color ?? [0, 0, 0]));
+    this.lamp.intensity = Math.PI;
     this.place_lamp();
     this.invalidate_shadows();
   }
@@ -300,11 +305,11 @@ export class Viewer {
     const sphere = box.getBoundingSphere(new THREE.Sphere());
     const r = sphere.radius;
     this.lamp.target.position.copy(sphere.center);
-    this.lamp.position.copy(sphere.center).addScaledVector(lamp_direction(light_named(this.light), this.light_turn_deg), 3 * r);
+    this.lamp.position.copy(sphere.center).addScaledVector(this.shining ? lamp_direction(this.shining, this.light_turn_deg) : new THREE.Vector3(0, 1, 0), 3 * r);
     const camera = this.lamp.shadow.camera;
     [camera.left, camera.right, camera.bottom, camera.top, camera.near, camera.far] = [-1.3 * r, 1.3 * r, -1.3 * r, 1.3 * r, 0.5 * r, 6 * r];
     camera.updateProjectionMatrix();
-    this.lamp.shadow.normalBias = r / 250;
+    this.lamp.shadow.normalBias = r / 700;
     this.floor.position.set(sphere.center.x, box.min.y - 0.002 * r, sphere.center.z);
     this.floor.scale.setScalar(3 * r);
   }

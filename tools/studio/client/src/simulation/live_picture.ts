@@ -1,13 +1,12 @@
 // The picture of a running scene: its mesh, the planes that the server sends, plantlets; and whether it is what the server has.
 import type * as THREE from "three";
-import { get_mesh } from "../api";
+import { get_mesh, get_plants } from "../api";
 import { lit_material, type SurfaceLook } from "../scene/material";
 import { dress, read_glb } from "../scene/mesh_loader";
 import type { Viewer } from "../scene/viewer";
 import type { SceneState, TilesHeader } from "../types";
 import { throttle } from "../ui/dom";
 import { show_error } from "../ui/notices";
-import { extent } from "./context";
 import { own_coordinates, type Handles } from "./handles";
 import { Planes } from "./planes";
 import { Plantlets } from "./plantlets";
@@ -18,6 +17,8 @@ const kPlantlets_ms = 500, kReload_ms = 1000;
 export interface Hashes {
   surface: string;
   relief: string;
+  /// Missing where nothing is of metal, wet or overgrown.
+  material?: string;
 }
 export interface HashPair {
   server: Hashes;
@@ -42,6 +43,7 @@ export class LivePicture {
   private scene: SceneState | undefined;
   private material: THREE.MeshStandardMaterial | undefined;
   private plantlets: Plantlets | undefined;
+  private is_asking_plants = false;
   private has_object_nodes = false;
   private is_other = false;  ///< The scene has another extent than the one before.
   private is_disposed = false;
@@ -64,10 +66,11 @@ export class LivePicture {
       this.planes?.dispose();
       this.planes = new Planes(viewer, look, scene.width, scene.height);
       this.material?.dispose();
-      this.material = lit_material(look, this.planes.map);
+      this.material = lit_material(look, viewer.lighting, this.planes.map);
       if (this.model) dress(this.model, this.material);
     }
     look.uniforms.relief_mm.value.set(...scene.relief_mm);
+    look.uniforms.has_substance.value = scene.look.metal || scene.look.film !== null ? 1 : 0;
     if (is_first || JSON.stringify(before?.objects) !== JSON.stringify(scene.objects)) void this.load_mesh();
     this.is_other = before !== undefined && JSON.stringify(before.bounds_mm) !== JSON.stringify(scene.bounds_mm);
   }
@@ -85,19 +88,16 @@ export class LivePicture {
 
   apply(header: TilesHeader, message: ArrayBuffer, offset: number): void {
     this.planes?.apply(header, message, offset);
-    if (header.plane === "overlay") this.grow();
+    if (header.plane === "material" && this.scene?.look.plants) this.grow();
     if (header.last) this.compare_hash();
   }
 
   update_plantlets(): void {
-    const { scene } = this, { shown, viewer } = this.options;
-    if (this.is_disposed || !scene) return;
-    if (!shown.shown.plantlets || !this.model) {
-      this.plantlets?.update(undefined);
-    } else if (!shown.shown.overlay || shown.shown.overlay === shown.plant(scene)) {
-      this.plantlets ??= new Plantlets(this.model, extent(scene));
-      this.plantlets.update(this.planes?.overlay, shown.high(scene));
-    }
+    const { scene, planes, model } = this, { shown, viewer } = this.options;
+    if (this.is_disposed || !scene || !planes || !model) return;
+    const are_shown = shown.shown.plantlets && scene.look.plants !== null;
+    if (are_shown && !this.plantlets) void this.load_plantlets(model);
+    this.plantlets?.update(are_shown ? planes.material : undefined);
     viewer.invalidate_shadows();
   }
 
@@ -131,11 +131,29 @@ export class LivePicture {
 
   private async load_mesh(): Promise<void> {
     try {
-      this.put(await read_glb(await get_mesh(this.options.place)));
+      this.put(await read_glb(await get_mesh(this.options.place, undefined, "light")));
     } catch (error) {
       if (!this.is_disposed) show_error(error);
     }
     if (!this.is_disposed) this.options.on_loaded();
+  }
+
+  /// Where plants can grow, once for each mesh.
+  private async load_plantlets(model: THREE.Group): Promise<void> {
+    if (this.is_asking_plants) return;
+    this.is_asking_plants = true;
+    try {
+      const rows = await get_plants(this.options.place);
+      const { scene, planes, model: now } = this;
+      if (this.is_disposed || !scene || !planes) return;
+      const parts = scene.objects.map((object) => model.children.find((child) => (child.userData["name"] ?? child.name) === object.name));
+      if (now === model) this.plantlets = new Plantlets(rows, parts, this.options.viewer.lighting, planes.map);
+    } catch (error) {
+      if (!this.is_disposed) show_error(error);
+      return;  // Asked for again with the next mesh.
+    }
+    this.is_asking_plants = false;
+    this.update_plantlets();
   }
 
   private put(group: THREE.Group): void {
@@ -155,6 +173,7 @@ export class LivePicture {
     if (this.model) viewer.content.remove(this.model);
     this.plantlets?.dispose();
     this.plantlets = undefined;
+    this.is_asking_plants = false;
     this.model = group;
     viewer.content.add(group);
     viewer.content_has_come();

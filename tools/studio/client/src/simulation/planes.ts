@@ -11,6 +11,7 @@ import { xxh64 } from "../xxh64";
 export class Planes {
   surface: TilePlane;
   relief: TilePlane;
+  material: TilePlane;
   overlay: TilePlane;
   num_updates = 0;
   num_tiles = 0;
@@ -23,9 +24,11 @@ export class Planes {
     const calm = (): void => viewer.invalidate();
     this.surface = new TilePlane(width, height, 4, true, calm);
     this.relief = new TilePlane(width, height, 4, false, calm);
+    this.material = new TilePlane(width, height, 4, false, calm);
     this.overlay = new TilePlane(width, height, 1, false, calm);
     this.relief.data.fill(128);
     look.uniforms.relief.value = this.relief.texture;
+    look.uniforms.substance.value = this.material.texture;
     look.uniforms.overlay.value = this.overlay.texture;
     look.uniforms.overlay_range.value.set(0, 1);
     look.uniforms.gloss.value = 1;
@@ -48,7 +51,7 @@ export class Planes {
   }
 
   before_frame(): void {
-    for (const plane of [this.surface, this.relief, this.overlay]) plane.upload(this.viewer.renderer);
+    for (const plane of this.all()) plane.upload(this.viewer.renderer);
   }
 
   /// @param acknowledge  Told for every update that is on screen now.
@@ -59,13 +62,17 @@ export class Planes {
     }
   }
 
-  hashes(): { surface: string; relief: string } {
-    return { surface: xxh64(this.surface.data), relief: xxh64(this.relief.data) };
+  hashes(): { surface: string; relief: string; material: string } {
+    return { surface: xxh64(this.surface.data), relief: xxh64(this.relief.data), material: xxh64(this.material.data) };
   }
 
   dispose(): void {
-    for (const plane of [this.surface, this.relief, this.overlay]) plane.dispose();
+    for (const plane of this.all()) plane.dispose();
     this.look.uniforms.gloss.value = 0;
+  }
+
+  private all(): TilePlane[] {
+    return [this.surface, this.relief, this.material, this.overlay];
   }
 }
 

@@ -1,102 +1,99 @@
-// Small plants where organic material is high [Guenther et al. 2012, sec. 4.5]: fixed places on the surface, shown once there is enough, and taller as it grows.
+// Small plants where much has grown [Guenther et al. 2012, sec. 4.5], at the places where `render` has them: shown once there is enough, and taller as
+// it grows. libcommon/output/plantlets.cpp says where they stand; here are their leaves.
 import * as THREE from "three";
-import { MeshSurfaceSampler } from "three/addons/math/MeshSurfaceSampler.js";
+import { kLightingDeclarations, kLightingVertex, lighting_main, type Lighting } from "../scene/lighting";
 import type { TilePlane } from "../scene/texture_tiles";
 
-const kNumPlaces = 6000;
-const kLeast = 0.18, kMost = 0.75;  // Amounts: the first grows here, the last there.
-const kNumLeaves = 6;
+const kNumLeaves = 6, kRow = 17;
 const kSeedling = 0.35, kGrowth = 0.25;  // A plant comes with this share of its height, and grows while the amount rises by that.
-// How leaves stand, in heights of the plant, as in libcommon/output/plantlets.cpp: shoots, tufts, rosettes.
+const kShades = [0.45, 0.85, 0.85, 1.15];  // Root, left, right and tip of a leaf.
+// How leaves stand, in heights of the plant: shoots, tufts, rosettes.
 const kForms = [{ lean: 0.16, more: 0.3, half: 0.06, tip: 1 }, { lean: 0.35, more: 0.25, half: 0.14, tip: 0.9 }, { lean: 0.7, more: 0.3, half: 0.17, tip: 0.5 }];
-const kSize = 1 / 90;               // Of the scene's diagonal.
-
-/// A repeatable stream of numbers in [0, 1) (mulberry32).
-function numbers(seed: number): () => number {
-  let state = seed;
-  return () => {
-    state = (state + 0x6d2b79f5) | 0;
-    let t = Math.imul(state ^ (state >>> 15), 1 | state);
-    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
-    return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
-  };
-}
 
 // Leaves around a stem, along +z.
 function plant(form: (typeof kForms)[number]): THREE.BufferGeometry {
-  const points: number[] = [], colors: number[] = [];
+  const points: number[] = [], shades: number[] = [], corners: number[] = [];
   for (let i = 0; i < kNumLeaves; ++i) {
     const angle = (2 * Math.PI * i) / kNumLeaves, lean = form.lean + form.more * ((i * 7) % 3) / 2;
-    const [c, s] = [Math.cos(angle), Math.sin(angle)];
+    const [c, s] = [Math.cos(angle), Math.sin(angle)], first = 4 * i;
     const at = (r: number, side: number, z: number): number[] => [r * c - side * s, r * s + side * c, z];
-    const root = at(0, 0, 0), left = at(lean * 0.5, -form.half, 0.55 * form.tip), right = at(lean * 0.5, form.half, 0.55 * form.tip), tip = at(lean, 0, form.tip);
-    points.push(...root, ...left, ...right, ...left, ...tip, ...right);
-    for (const shade of [0.45, 0.85, 0.85, 0.85, 1.15, 0.85]) colors.push(0.16 * shade, 0.3 * shade, 0.06 * shade);
+    points.push(...at(0, 0, 0), ...at(lean * 0.5, -form.half, 0.55 * form.tip), ...at(lean * 0.5, form.half, 0.55 * form.tip), ...at(lean, 0, form.tip));
+    shades.push(...kShades);
+    corners.push(first, first + 1, first + 2, first + 1, first + 3, first + 2);
   }
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(points), 3));
-  geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(colors), 3));
-  geometry.computeVertexNormals();
+  geometry.setAttribute("normal", new THREE.BufferAttribute(new Float32Array(points.map((_, i) => (i % 3 === 2 ? 1 : 0))), 3));  // Shadows are looked up along it.
+  geometry.setAttribute("shade", new THREE.BufferAttribute(new Float32Array(shades), 1));
+  geometry.setIndex(corners);
   return geometry;
+}
+
+// Their color is half their own, half that of what they grow on.
+function leaf_material(lighting: Lighting, ground: { value: THREE.Texture }): THREE.MeshStandardMaterial {
+  const material = new THREE.MeshStandardMaterial({ side: THREE.DoubleSide, flatShading: true, roughness: 0.7 });
+  const place = "p.normal = p.smooth_normal = normal; p.color = v_leaf; p.specular = vec3(0.04); p.roughness = roughnessFactor; p.metalness = p.wetness = 0.0; p.open = 1.0;";
+  const lights = "#include <lights_physical_fragment>\n\t#include <lights_fragment_begin>\n\t#include <lights_fragment_maps>\n\t#include <lights_fragment_end>";
+  material.onBeforeCompile = (shader) => {
+    Object.assign(shader.uniforms, lighting.uniforms, { ground });
+    shader.vertexShader = shader.vertexShader.replace("#include <common>", `#include <common>\nattribute float shade;\nattribute vec4 own;\nattribute vec2 place;\nuniform sampler2D ground;\nvarying vec3 v_leaf;\n${kLightingVertex.declarations}`)
+      .replace("#include <begin_vertex>", `#include <begin_vertex>\nv_leaf = shade * (own.rgb + own.a * texture2D(ground, place).rgb);\n${kLightingVertex.main}`);
+    shader.fragmentShader = shader.fragmentShader.replace("#include <common>", "#include <common>\nvarying vec3 v_leaf;").replace("void main() {", `${kLightingDeclarations}\nvoid main() {`).replace(lights, lighting_main(place, lights));
+  };
+  material.customProgramCacheKey = () => "patinate leaves";
+  return material;
 }
 
 interface Field {
   instances: THREE.InstancedMesh;
-  places: { u: number; v: number; threshold: number; position: THREE.Vector3; turn: THREE.Quaternion; size: number }[];
+  /// Of every place: its matrix when full-grown.
+  matrices: Float32Array;
+  own: Float32Array;
+  places: Float32Array;
+  thresholds: Float32Array;
 }
 
 export class Plantlets {
   private readonly fields: Field[] = [];
   private readonly geometries = kForms.map(plant);
-  private readonly material = new THREE.MeshStandardMaterial({ vertexColors: true, side: THREE.DoubleSide, roughness: 0.7 });
+  private readonly material: THREE.Material;
   num_shown = 0;
 
-  constructor(model: THREE.Object3D, diagonal: number) {
-    const meshes: THREE.Mesh[] = [];
-    model.traverse((o) => { if (o instanceof THREE.Mesh) meshes.push(o); });
-    const random = numbers(1);
-    for (const mesh of meshes) {
-      const sampler = new MeshSurfaceSampler(mesh);
-      (sampler as unknown as { setRandomGenerator(f: () => number): void }).setRandomGenerator(random);  // Missing in the types.
-      sampler.build();
-      for (const geometry of this.geometries) {
-        const num_places = Math.ceil(kNumPlaces / meshes.length / this.geometries.length);
-        const field: Field = { instances: new THREE.InstancedMesh(geometry, this.material, num_places), places: [] };
-        const normal = new THREE.Vector3(), color = new THREE.Color(), uv = new THREE.Vector2();
-        for (let i = 0; i < num_places; ++i) {
-          const position = new THREE.Vector3();
-          sampler.sample(position, normal, color, uv);
-          const grows = normal.clone().lerp(new THREE.Vector3(0, 1, 0), 0.35).normalize();
-          const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 0, 1), grows).multiply(new THREE.Quaternion().setFromAxisAngle(new THREE.Vector3(0, 0, 1), 6.283 * random()));
-          field.places.push({ u: uv.x, v: uv.y, threshold: kLeast + (kMost - kLeast) * random(), position, turn, size: diagonal * kSize * (0.5 + random()) });
-        }
-        field.instances.count = 0;
-        field.instances.castShadow = true;
-        field.instances.frustumCulled = false;
-        field.instances.raycast = () => {};
-        mesh.add(field.instances);
-        this.fields.push(field);
-      }
-    }
+  /// @param rows  The server's places, in the scene's axes, mm. @param parts  Objects, by the numbers in them; what has none is left out.
+  constructor(rows: Float32Array, parts: (THREE.Object3D | undefined)[], lighting: Lighting, ground: THREE.Texture) {
+    this.material = leaf_material(lighting, { value: ground });
+    parts.forEach((part, number) => {
+      if (!part) return;
+      part.updateWorldMatrix(true, false);
+      const to_part = part.matrixWorld.clone().invert();
+      this.geometries.forEach((geometry, kind) => {
+        const found: number[] = [];
+        for (let i = 0; i < rows.length; i += kRow) if (rows[i] === number && rows[i + 1] === kind) found.push(i);
+        if (found.length > 0) this.add(part, geometry, rows, found, to_part);
+      });
+    });
   }
 
-  /// @param amounts  The map of the material; nothing: no plants. @param high  What a byte b stands for: high (b / 255)^2.
-  update(amounts: TilePlane | undefined, high = 1): void {
+  /// @param substance  Its third byte is the amount of what they grow of; nothing: no plants.
+  update(substance: TilePlane | undefined): void {
     this.num_shown = 0;
-    for (const { instances, places } of this.fields) {
+    for (const { instances, matrices, own, places, thresholds } of this.fields) {
+      const to = instances.instanceMatrix.array as Float32Array, colors = instances.geometry.getAttribute("own").array as Float32Array, uvs = instances.geometry.getAttribute("place").array as Float32Array;
       let count = 0;
-      if (amounts) {
-        const matrix = new THREE.Matrix4(), scale = new THREE.Vector3();
-        for (const { u, v, threshold, position, turn, size } of places) {
-          const x = Math.min(amounts.width - 1, Math.floor(u * amounts.width)), y = Math.min(amounts.height - 1, Math.floor(v * amounts.height));
-          const amount = high * (amounts.data[y * amounts.width + x]! / 255) ** 2;
-          if (amount < threshold) continue;
-          scale.setScalar(size * (kSeedling + (1 - kSeedling) * Math.min(1, (amount - threshold) / kGrowth)));
-          instances.setMatrixAt(count++, matrix.compose(position, turn, scale));
-        }
+      for (let i = 0; substance && i < thresholds.length; ++i) {
+        const x = Math.min(substance.width - 1, Math.floor(places[2 * i]! * substance.width)), y = Math.min(substance.height - 1, Math.floor(places[2 * i + 1]! * substance.height));
+        const over = substance.data[4 * (y * substance.width + x) + 2]! / 255 - thresholds[i]!;
+        if (over < 0) continue;
+        const height = kSeedling + (1 - kSeedling) * Math.min(1, over / kGrowth);
+        for (let k = 0; k < 12; ++k) to[16 * count + k] = height * matrices[16 * i + k]!;
+        for (let k = 12; k < 16; ++k) to[16 * count + k] = matrices[16 * i + k]!;
+        for (let k = 0; k < 4; ++k) colors[4 * count + k] = own[4 * i + k]!;
+        for (let k = 0; k < 2; ++k) uvs[2 * count + k] = places[2 * i + k]!;
+        ++count;
       }
       instances.count = count;
       instances.instanceMatrix.needsUpdate = true;
+      for (const name of ["own", "place"]) (instances.geometry.getAttribute(name) as THREE.InstancedBufferAttribute).needsUpdate = true;
       this.num_shown += count;
     }
   }
@@ -104,9 +101,40 @@ export class Plantlets {
   dispose(): void {
     for (const { instances } of this.fields) {
       instances.removeFromParent();
+      instances.geometry.dispose();
       instances.dispose();
     }
     for (const geometry of this.geometries) geometry.dispose();
     this.material.dispose();
+  }
+
+  private add(part: THREE.Object3D, shape: THREE.BufferGeometry, rows: Float32Array, found: number[], to_part: THREE.Matrix4): void {
+    const n = found.length, geometry = shape.clone();
+    const field: Field = { instances: new THREE.InstancedMesh(geometry, this.material, n), matrices: new Float32Array(16 * n), own: new Float32Array(4 * n), places: new Float32Array(2 * n), thresholds: new Float32Array(n) };
+    const matrix = new THREE.Matrix4(), up = new THREE.Vector3(), a = new THREE.Vector3(), b = new THREE.Vector3(), x = new THREE.Vector3(), y = new THREE.Vector3();
+    found.forEach((at, i) => {
+      const [rx, ry, rz, ux, uy, uz, u, v, size, turn, threshold, below, red, green, blue] = rows.subarray(at + 2, at + kRow) as unknown as number[];
+      up.set(ux!, uy!, uz!);
+      // As tangents() of libcommon/output/sampling.h has them.
+      const sign = up.z < 0 ? -1 : 1, p = -1 / (sign + up.z), q = up.x * up.y * p;
+      a.set(1 + sign * up.x * up.x * p, sign * q, -sign * up.x);
+      b.set(q, sign + up.y * up.y * p, -up.y);
+      const c = Math.cos(turn!), s = Math.sin(turn!);
+      x.copy(a).multiplyScalar(c).addScaledVector(b, s).multiplyScalar(size!);
+      y.copy(b).multiplyScalar(c).addScaledVector(a, -s).multiplyScalar(size!);
+      matrix.makeBasis(x, y, up.multiplyScalar(size!)).setPosition(rx!, ry!, rz!).premultiply(to_part).toArray(field.matrices, 16 * i);
+      field.own.set([red!, green!, blue!, below!], 4 * i);
+      field.places.set([u!, v!], 2 * i);
+      field.thresholds[i] = threshold!;
+    });
+    geometry.setAttribute("own", new THREE.InstancedBufferAttribute(new Float32Array(4 * n), 4));
+    geometry.setAttribute("place", new THREE.InstancedBufferAttribute(new Float32Array(2 * n), 2));
+    const { instances } = field;
+    instances.count = 0;
+    instances.castShadow = instances.receiveShadow = true;
+    instances.frustumCulled = false;
+    instances.raycast = () => {};
+    part.add(instances);
+    this.fields.push(field);
   }
 }

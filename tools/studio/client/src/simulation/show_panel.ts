@@ -16,12 +16,11 @@ export interface ShowOptions {
 }
 
 const kMostGammatons = 20000;
-const kPlants = ["organic", "moss"];
 
 export class ShowPanel {
   readonly element: HTMLDetailsElement;
   readonly legend_box = h("div", { class: "legends" });
-  readonly shown: ShowOptions = { overlay: "", plantlets: false, gammatons: 0 };
+  readonly shown: ShowOptions = { overlay: "", plantlets: true, gammatons: 0 };
   private readonly body = h("div", { class: "stack" });
   private amount = 1;
   private readonly range = new RangeControl(() => this.apply());
@@ -36,7 +35,7 @@ export class ShowPanel {
   build(scene: SceneState): void {
     const overlays = scene.overlays.map(overlay_of);
     const choice = select("Color by", [["", "nothing"], ...overlays.map((o) => [o.name, o.name] as [string, string])], this.shown.overlay, (name) => this.choose(name, scene));
-    const plant = this.plant(scene);
+    const plant = scene.look.plants;
     replace(this.body, choice.element, this.range.element,
       slider({ label: "Strength", low: 0, high: 1, value: this.amount, unit: "%", factor: 100, on_input: (v) => { this.amount = v; this.apply(); } }).element,
       toggle("Gammatons as points", this.shown.gammatons > 0, (on) => { this.shown.gammatons = on ? kMostGammatons : 0; this.changed(); }, "Where material is under way").element,
@@ -45,21 +44,9 @@ export class ShowPanel {
       slider({ label: "Displacement", low: 0, high: 10, step: 0.1, value: 0, unit: "×", hint: "Heights move the mesh's vertices", on_input: (v) => { this.look.uniforms.displacement.value = v; this.redraw(); } }).element);
   }
 
-  /// The material that plantlets grow of.
-  plant(scene: SceneState): string | undefined {
-    const names = scene.overlays.map((o) => overlay_of(o).name);
-    return kPlants.find((p) => names.includes(p));
-  }
-
-  /// The one map that the server sends: what is asked for, else what plantlets need.
-  wanted(scene: SceneState): string | null {
-    return this.shown.overlay || (this.shown.plantlets ? (this.plant(scene) ?? null) : null);
-  }
-
-  /// What a byte of 255 stands for, of the map that the server sends.
-  high(scene: SceneState): number {
-    const wanted = this.wanted(scene);
-    return scene.overlays.map(overlay_of).find((o) => o.name === wanted)?.high ?? 1;
+  /// The one map that the server sends.
+  wanted(): string | null {
+    return this.shown.overlay || null;
   }
 
   private choose(name: string, scene: SceneState): void {

@@ -48,7 +48,7 @@ class Side {
     this.viewer = new Viewer(this.element, place.mesh !== true);
     this.viewer.canvas.setAttribute("aria-label", `${place.name}; drag to ${place.mesh ? "turn" : "shift"} both`);
     const gray = color_texture(1, 1, new Uint8Array([128, 128, 128, 255]));
-    this.material = place.mesh ? lit_material(this.look, gray) : flat_material(this.look, gray);
+    this.material = place.mesh ? lit_material(this.look, this.viewer.lighting, gray) : flat_material(this.look, gray);
     const size = Math.max(place.width, place.height) > kMostSide ? { size: kMostSide } : {};
     this.loader = new FrameLoader({ place: place.place, ...size }, (texture) => this.show(texture), show_error);
   }

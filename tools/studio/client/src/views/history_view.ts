@@ -71,7 +71,7 @@ export class HistoryView implements View {
     const has_mesh = place.mesh === true;
     this.viewer = new Viewer(this.frame.stage, !has_mesh);
     this.viewer.canvas.setAttribute("aria-label", `${place.name}: ${has_mesh ? "the aged object; drag to turn" : "the picture; drag to shift, wheel to enlarge"}`);
-    this.lit = lit_material(this.look, this.placeholder);
+    this.lit = lit_material(this.look, this.viewer.lighting, this.placeholder);
     if (!has_mesh) this.lit.roughness = 1;  // No highlights over a picture's own.
     this.flat = flat_material(this.look, this.placeholder);
     const longest = Math.max(place.width, place.height);

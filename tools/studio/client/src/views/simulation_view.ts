@@ -310,7 +310,7 @@ export class SimulationView implements View, SceneContext {
   private watch(): void {
     const { shown } = this.shown;
     if (shown.gammatons === 0) this.gammatons.show(new Float32Array());
-    this.live.set_watch({ overlay: this.shown.wanted(this.scene), gammatons: shown.gammatons });
+    this.live.set_watch({ overlay: this.shown.wanted(), gammatons: shown.gammatons });
     this.picture.update_plantlets();
     this.viewer.invalidate();
   }

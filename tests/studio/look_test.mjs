@@ -1,12 +1,14 @@
 // node look_test.mjs PATINATE: the studio's picture of a running scene against `patinate render` of the same state, with the same camera, light and
 // size: mean CIEDE2000 over the object's pixels. Exit code 77: skipped. PATINATE_LOOK_OUT: a folder that gets the pictures.
 import assert from "node:assert/strict";
+import { execFile } from "node:child_process";
 import { copyFile, mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath, pathToFileURL } from "node:url";
+import { promisify } from "node:util";
 import { missing, new_page, open_browser, open_place, patinate, scene_is_ready, serve, until } from "./support.mjs";
 
 const program = process.argv[2];
@@ -55,6 +57,7 @@ before(async () => {
   });
   ({ browser, context } = await open_browser());
   page = await new_page(context);
+  page.on("console", (message) => { if (/Shader Error|INVALID_/.test(message.text())) page.problems.push(message.text().slice(0, 500)); });
   await page.goto(server.address);
 });
 
@@ -117,20 +120,23 @@ async function picture_of_studio(camera) {
   }, { camera, side: kSide, rays: kRays });
 }
 
-async function picture_of_render(name, { target, distance }, camera, ...more) {
-  await patinate(program, folder, "render", name, "-o", `${name}.png`, "--force", "--width", kSide, "--height", kSide, "--samples", kRays * kRays, "--num-times", "1",
-    "--azimuth", camera.azimuth, "--elevation", camera.elevation, "--fov", camera.fov, "--target", target.join(","), "--distance", distance, ...more);
-  const url = `data:image/png;base64,${(await readFile(join(folder, `${name}.png`))).toString("base64")}`;
-  // Not in the studio's page, whose policy would not let it.
-  const codes = await other_page().then((p) => p.evaluate(async (source) => {
+/// Codes of a PNG as rows from the top of linear RGB. Not in the studio's page, whose policy would not let it.
+async function read_png(bytes) {
+  const { codes, width, height } = await other_page().then((p) => p.evaluate(async (source) => {
     const image = new Image();
     image.src = source;
     await image.decode();
     const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
     context.drawImage(image, 0, 0);
-    return [...context.getImageData(0, 0, image.width, image.height).data].filter((_, i) => i % 4 !== 3);
-  }, url));
-  return codes.map(linear);
+    return { codes: [...context.getImageData(0, 0, image.width, image.height).data].filter((_, i) => i % 4 !== 3), width: image.width, height: image.height };
+  }, `data:image/png;base64,${bytes.toString("base64")}`));
+  return { rgb: codes.map(linear), width, height };
+}
+
+async function picture_of_render(name, { target, distance }, camera, ...more) {
+  await patinate(program, folder, "render", name, "-o", `${name}.png`, "--force", "--width", kSide, "--height", kSide, "--samples", kRays * kRays, "--num-times", "1",
+    "--azimuth", camera.azimuth, "--elevation", camera.elevation, "--fov", camera.fov, "--target", target.join(","), "--distance", distance, ...more);
+  return (await read_png(await readFile(join(folder, `${name}.png`)))).rgb;
 }
 let blank;
 async function other_page() {
@@ -187,3 +193,87 @@ for (const name of ["metal", "wet", "mossy"]) {
     assert.deepEqual(page.problems, []);
   });
 }
+
+/// A sky with a sun of 5 degrees: 128 x 64, RGBE in rows that are not compressed.
+async function write_sky(file) {
+  const width = 128, height = 64, bytes = Buffer.alloc(4 * width * height), sun = { u: 0.3, up: 50 };
+  for (let y = 0; y < height; ++y) {
+    for (let x = 0; x < width; ++x) {
+      const up = 90 - (180 * (y + 0.5)) / height, across = ((x + 0.5) / width - sun.u) * 360 * Math.cos((up * Math.PI) / 180);
+      const color = Math.hypot(up - sun.up, across) < 5 ? [60, 55, 45] : up > 0 ? [0.5 - 0.003 * up, 0.6 - 0.001 * up, 0.7 + 0.002 * up] : [0.2, 0.18, 0.15];
+      const exponent = Math.floor(Math.log2(Math.max(...color))) + 1;
+      bytes.set([...color.map((v) => Math.min(255, Math.round((v / 2 ** exponent) * 256))), exponent + 128], 4 * (y * width + x));
+    }
+  }
+  await writeFile(file, Buffer.concat([Buffer.from(`#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y ${height} +X ${width}\n`), bytes]));
+}
+
+for (const name of ["metal", "wet"]) {
+  test(`the ${name} scene looks as render draws it under a sky from a file`, async () => {
+    await write_sky(join(folder, "sky.hdr"));
+    await open_at_rest(name);
+    await page.locator("summary", { hasText: /^Light$/ }).click();
+    await page.getByLabel("A picture of surroundings").setInputFiles(join(folder, "sky.hdr"));
+    await until(page, () => [...document.querySelectorAll("select")].some((s) => s.value === "sky.hdr"));
+    const options = await page.evaluate((azimuth) => window.patinate.viewer.light_options(azimuth), kCamera.azimuth);
+    assert.equal(options.backdrop, "environment");
+    assert.ok(await compare(name, "sky", "--environment", "sky.hdr", `--environment-azimuth=${options.environment_azimuth}`, "--backdrop", "environment") < kMost);
+    assert.deepEqual(page.problems, []);
+  });
+}
+
+test("a picture is saved in its size, and the command beside it draws the same", async () => {
+  const kWidth = 320, kHeight = 200;
+  await open_at_rest("metal");
+  await page.locator("summary", { hasText: /^Picture$/ }).click();
+  for (const [label, value] of [["Width", kWidth], ["Height", kHeight]]) {
+    await page.getByLabel(label, { exact: true }).fill(String(value));
+    await page.keyboard.press("Tab");
+  }
+  const [file] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save the picture" }).click()]);
+  assert.equal(file.suggestedFilename(), "metal.png");
+  const ours = await read_png(await readFile(await file.path()));
+  assert.deepEqual([ours.width, ours.height], [kWidth, kHeight]);
+  const words = (await page.locator("dialog .command").last().textContent()).split(" ");
+  assert.deepEqual(words.slice(0, 5), ["patinate", "render", "metal", "-o", "metal.png"]);
+  await promisify(execFile)(program, [...words.slice(1), "--force", "--quiet", "--num-times", "1"], { cwd: folder });
+  const theirs = await read_png(await readFile(join(folder, "metal.png")));
+  // The middle of the picture is the middle of the urn.
+  const middle = Array.from({ length: kWidth * kHeight }, (_, i) => (Math.abs((i % kWidth) - kWidth / 2) < 15 && Math.abs(Math.floor(i / kWidth) - kHeight / 2) < 15 ? 1 : 0));
+  const { mean } = difference(ours.rgb, theirs.rgb, middle);
+  assert.ok(mean < kMost, `${mean}`);
+  await page.keyboard.press("Escape");
+  await page.getByRole("button", { name: "Turntable" }).click();
+  await until(page, () => /^patinate render metal .*--turntable 72/.test(document.querySelector("dialog .command")?.textContent ?? ""));
+  await page.keyboard.press("Escape");
+});
+
+test("heights move the mesh that is cut to texels, and nothing opens along seams", async () => {
+  await open_at_rest("wet");
+  const vertices = () => page.evaluate(() => { let sum = 0; window.patinate.viewer.content.traverse((o) => { if (o.isMesh && !o.isInstancedMesh) sum += o.geometry.getAttribute("position").count; }); return sum; });
+  const before = await vertices();
+  await page.locator("summary", { hasText: "What is shown" }).scrollIntoViewIfNeeded();
+  await page.getByRole("textbox", { name: "Displacement" }).fill("5");
+  await page.keyboard.press("Enter");
+  await until(page, (n) => { let sum = 0; window.patinate.viewer.content.traverse((o) => { if (o.isMesh && !o.isInstancedMesh) sum += o.geometry.getAttribute("position").count; }); return sum > 2 * n; }, before);
+  // All vertices of a place move in the same way.
+  const [num_shared, num_apart] = await page.evaluate(() => {
+    let shared = 0, apart = 0;
+    window.patinate.viewer.content.traverse((o) => {
+      if (!o.isMesh || o.isInstancedMesh) return;
+      const { position, seam_normal, seam_uv, seam_uv_more } = o.geometry.attributes, seen = new Map();
+      for (let i = 0; i < position.count; ++i) {
+        const at = (attribute) => Array.from(attribute.array.slice(attribute.itemSize * i, attribute.itemSize * (i + 1))).join(" ");
+        const key = at(position), moves = [seam_normal, seam_uv, seam_uv_more].map(at).join(" ");
+        if (!seen.has(key)) seen.set(key, moves);
+        else if (seen.get(key) === moves) ++shared;
+        else ++apart;
+      }
+    });
+    return [shared, apart];
+  });
+  assert.ok(num_shared > 0);
+  assert.equal(num_apart, 0);
+  await until(page, () => window.patinate.viewer.is_at_rest);
+  assert.deepEqual(page.problems, []);
+});

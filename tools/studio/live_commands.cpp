@@ -314,21 +314,21 @@ void LiveEngine::set_appearance(const Json& changes, std::int64_t gesture) {
 
 /// Below a film that is shown, water adds no color of its own.
 void LiveEngine::set_looks(std::vector<simulation::MaterialAppearance> looks) {
+  const simulation::Scene& scene = simulation_.scene();
   looks_ = std::move(looks);
-  simulation_.set_appearance(material_ ? simulation::looks_below_film(simulation_.scene(), looks_) : looks_);
+  simulation_.set_appearance(
+      material_ && MaterialPlane::film_of(scene) >= 0 ? simulation::looks_below_film(scene, looks_) : looks_);
   if (material_) material_->forget();  // What covers metal depends on strengths.
 }
 
-/// While somebody watches what texels are made of, water is a film: the surface is composed without it. Where gammatons
-/// bounce about composed normals, these must not depend on who looks.
+/// While somebody watches what texels are made of, water is a film: the surface is composed without it.
 void LiveEngine::show_film(bool is_shown) {
-  const simulation::Scene& scene = simulation_.scene();
-  const bool is_possible = MaterialPlane::is_in(scene) && scene.tracing.bounce_normal == simulation::BounceNormal::Mesh;
-  if ((is_shown && is_possible) == material_.has_value()) return;
+  if (is_shown == material_.has_value()) return;
   if (material_) {
     material_.reset();
   } else {
-    material_.emplace(scene, layout_);
+    material_.emplace(simulation_, layout_,
+                      RunControl{.on_progress = {}, .stop = {}, .num_threads = options_.num_threads});
   }
   set_looks(std::move(looks_));
 }

@@ -167,7 +167,7 @@ Json LiveEngine::scene_json() const {
             {"appearance", appearance_json(scene, looks_)},
             {"look",
              {{"metal", simulation::TexelMetal::is_in(scene)},
-              {"film", name_of(simulation::film_material(scene))},
+              {"film", name_of(MaterialPlane::film_of(scene))},
               {"plants", name_of(simulation::plant_material(scene))}}},
             {"emitters", emitters_json(scene)},
             {"objects", objects_json(scene)},

@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "libcommon/output/glb_document.h"
-#include "libcommon/output/occlusion.h"
 #include "libcommon/output/relief.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
@@ -44,12 +43,11 @@ class Glb {
 };
 
 struct Vertices {
-  std::vector<float> positions, normals, uvs, hidden;
+  std::vector<float> positions, normals, uvs;
   std::vector<std::uint32_t> indices;
 };
 
-Vertices vertices_of(const PartedMesh& parted, const std::vector<int>& triangles, double scale, bool has_uvs) {
-  const Mesh& mesh = parted.mesh;
+Vertices vertices_of(const Mesh& mesh, const std::vector<int>& triangles, double scale, bool has_uvs) {
   Vertices out;
   std::map<std::array<int, 3>, std::uint32_t> index_of;
   for (const int t : triangles) {
@@ -65,7 +63,6 @@ Vertices vertices_of(const PartedMesh& parted, const std::vector<int>& triangles
       if (!p.allFinite() || !n.allFinite()) throw InvalidInput("the mesh has a value that is not finite");
       for (int c = 0; c < 3; ++c) out.positions.push_back(static_cast<float>(p[c]));
       for (int c = 0; c < 3; ++c) out.normals.push_back(static_cast<float>(n[c]));
-      if (!parted.open.empty()) out.hidden.push_back(1.0f - parted.open[static_cast<std::size_t>(corner[0])]);
       if (!has_uvs) continue;
       const Vec2& uv = mesh.uvs[corner[1]];
       out.uvs.push_back(static_cast<float>(uv.x()));
@@ -83,14 +80,13 @@ std::vector<float> floats_of(const std::vector<Vec3>& points, double scale) {
   return floats;
 }
 
-void add_part(Glb& glb, const PartedMesh& mesh, const MeshPart& part, double meters_per_unit, bool has_uvs) {
+void add_part(Glb& glb, const Mesh& mesh, const MeshPart& part, double meters_per_unit, bool has_uvs) {
   const Vertices v = vertices_of(mesh, part.triangles, meters_per_unit, has_uvs);
   Json node{{"name", part.name}};
   if (!v.indices.empty()) {
     Json attributes{{"POSITION", glb.add_positions(v.positions)}};
     attributes["NORMAL"] = glb.add_floats(v.normals, 3, "VEC3");
     if (has_uvs) attributes["TEXCOORD_0"] = glb.add_floats(v.uvs, 2, "VEC2");
-    if (!v.hidden.empty()) attributes["_HIDDEN"] = glb.add_floats(v.hidden, 1, "SCALAR");
     const int indices = glb.add_indices(v.indices);
     glb.json()["meshes"].push_back(
         {{"name", part.name}, {"primitives", Json::array({{{"attributes", attributes}, {"indices", indices}}})}});
@@ -122,7 +118,8 @@ PartedMesh parted_mesh(const simulation::Scene& scene) {
   return out;
 }
 
-PartedMesh lit_mesh(PartedMesh given, LookDetail detail, int texels, const RunControl& control) {
+PartedMesh cut_to_texels(PartedMesh given, int texels) {
+  if (!given.mesh.has_uvs()) return given;
   PartedMesh out{.mesh = std::move(given.mesh), .parts = std::move(given.parts)};
   // Refined triangles keep the surface of the one that they are cut from: here, its part.
   const auto num_parts = static_cast<int>(out.parts.size());
@@ -131,12 +128,9 @@ PartedMesh lit_mesh(PartedMesh given, LookDetail detail, int texels, const RunCo
     for (const int t : out.parts[static_cast<std::size_t>(p)].triangles)
       out.mesh.triangle_surface[static_cast<std::size_t>(t)] = p;
   }
-  const double diagonal = bounding_box(out.mesh).diagonal();
-  const RenderOptions options;
-  out.mesh = refined_for_occlusion(with_shared_positions(with_normals(out.mesh)), options);
-  out.open = occlusion_at_vertices(out.mesh, RayScene(out.mesh), diagonal, options, control);
-  if (detail == LookDetail::Relief && out.mesh.has_uvs())
-    out.mesh = refined_to_texels(std::move(out.mesh), ImageF(texels, texels), kMaxReliefTriangles, out.open);
+  Mesh ready = with_shared_positions(with_normals(std::move(out.mesh)));
+  std::vector<float> none(ready.positions.size(), 0.0f);
+  out.mesh = refined_to_texels(std::move(ready), ImageF(texels, texels), kMaxReliefTriangles, none);
   for (MeshPart& part : out.parts) part.triangles.clear();
   for (std::size_t t = 0; t < out.mesh.triangles.size(); ++t) {
     if (const int p = out.mesh.triangle_surface[t]; p < num_parts)
@@ -150,7 +144,7 @@ std::string mesh_glb(const PartedMesh& mesh, double meters_per_unit) {
   const bool has_uvs = mesh.mesh.has_uvs();
   Json nodes = Json::array();
   for (const MeshPart& part : mesh.parts) {
-    add_part(glb, mesh, part, meters_per_unit, has_uvs);
+    add_part(glb, mesh.mesh, part, meters_per_unit, has_uvs);
     nodes.push_back(nodes.size());
   }
   glb.json()["scenes"] = Json::array({{{"nodes", nodes}}});

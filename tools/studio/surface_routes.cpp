@@ -165,17 +165,13 @@ std::pair<PartedMesh, double> shown_mesh(const Asked& asked, const std::filesyst
 }  // namespace
 
 HttpResponse answer_mesh(const Asked& asked) {
-  constexpr std::array<std::string_view, 3> kDetails{"own", "light", "relief"};
   const auto [path, kind] = asked.place();
   std::string glb;
   if (kind == PlaceKind::Registration) {
     glb = registered_scans_glb(read_registration(path, asked.folder), asked.control);
   } else {
     auto [mesh, meters] = shown_mesh(asked, path, kind);
-    if (const std::size_t detail = chosen(asked, "detail", kDetails); detail > 0) {
-      const int texels = asked.target.has("texels") ? asked.integer("texels", 1, kMostSide) : 1;
-      mesh = lit_mesh(std::move(mesh), detail == 1 ? LookDetail::Light : LookDetail::Relief, texels, asked.control);
-    }
+    if (asked.target.has("texels")) mesh = cut_to_texels(std::move(mesh), asked.integer("texels", 1, kMostSide));
     glb = mesh_glb(mesh, meters);
   }
   return {.type = "model/gltf-binary", .body = std::move(glb)};

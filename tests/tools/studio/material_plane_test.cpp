@@ -41,7 +41,7 @@ simulation::Scene copper_plate() {
 TEST(MaterialPlane, TellsMetalWaterAndPlantsAsPicturesHaveThem) {
   simulation::Simulation simulation(copper_plate());
   const ScreenLayout layout(simulation.atlas().surface());
-  MaterialPlane plane(simulation.scene(), layout);
+  MaterialPlane plane(simulation, layout);
   std::vector<std::uint8_t> seen(std::size_t{layout.num_tiles()} * MaterialPlane::kTileBytes, 0);
   for (int i = 0; i < 40; ++i) {
     simulation.step();
@@ -84,45 +84,46 @@ TEST(MaterialPlane, WaterAddsNothingBelowAFilm) {
   EXPECT_EQ(below[1].strength, scene.appearance[1].strength);
 }
 
-TEST(LitMesh, KeepsPartsAndKnowsWhereLightDoesNotCome) {
-  // A plate alone, and between two others, of which one hides each of its sides.
-  PartedMesh plates = parted_mesh(with_normals(testing_support::cut_plane(100.0)), "middle");
-  const auto mean_open = [](const PartedMesh& lit) {
+TEST(MaterialPlane, KnowsWhereLightDoesNotCome) {
+  const auto hidden = [](double distance_mm) {
+    simulation::Scene scene = copper_plate();
+    scene.objects[0].rotate_deg = Vec3::Zero();
+    scene.objects.push_back(scene.objects[0]);
+    scene.objects.push_back(scene.objects[0]);
+    scene.objects[1].name = "above";
+    scene.objects[2].name = "below";
+    scene.objects[1].translate_mm = Vec3(0, 0, distance_mm);
+    scene.objects[2].translate_mm = Vec3(0, 0, -distance_mm);
+    const simulation::Simulation simulation(scene);
+    const simulation::SurfaceAtlas& surface = simulation.atlas().surface();
+    const ScreenLayout layout(surface);
+    MaterialPlane plane(simulation, layout);
+    (void)plane.update(simulation);
     double sum = 0.0;
     int count = 0;
-    for (const int t : lit.parts[0].triangles) {
-      for (const int i : lit.mesh.triangles[static_cast<std::size_t>(t)]) {
-        EXPECT_NEAR(lit.mesh.positions[static_cast<std::size_t>(i)].z(), 0.0, 1e-9);
-        sum += static_cast<double>(lit.open[static_cast<std::size_t>(i)]);
+    for (ScreenTile tile = 0; tile < layout.num_tiles(); ++tile) {
+      const std::array<simulation::TexelIndex, 64> sources = layout.sources(tile);
+      for (std::size_t i = 0; i < 64; ++i) {
+        if (sources[i] == simulation::kNoTexel || surface.object(surface.triangle(sources[i])) != 0) continue;
+        sum += plane.tile(tile)[4 * i + 3] / 255.0;
         ++count;
       }
     }
     return sum / count;
   };
-  EXPECT_NEAR(mean_open(lit_mesh(plates, LookDetail::Light, 1, {})), 1.0, 1e-6);
-  const int num = plates.mesh.num_triangles(), num_positions = static_cast<int>(plates.mesh.positions.size());
-  for (const double z : {10.0, -10.0}) {
-    Mesh& mesh = plates.mesh;
-    plates.parts.push_back({z > 0.0 ? "above" : "below", {}, {}});
-    const int first = static_cast<int>(mesh.positions.size());
-    for (std::size_t i = 0; i < static_cast<std::size_t>(num_positions); ++i)
-      mesh.positions.push_back(mesh.positions[i] + Vec3(0, 0, z));
-    for (std::size_t t = 0; t < static_cast<std::size_t>(num); ++t) {
-      const Triangle corners = mesh.triangles[t], uvs = mesh.uv_triangles[t], normals = mesh.normal_triangles[t];
-      plates.parts.back().triangles.push_back(mesh.num_triangles());
-      mesh.triangles.push_back({corners[0] + first, corners[1] + first, corners[2] + first});
-      mesh.uv_triangles.push_back(uvs);
-      mesh.normal_triangles.push_back(normals);
-    }
-  }
-  const PartedMesh lit = lit_mesh(plates, LookDetail::Light, 1, {});
-  ASSERT_EQ(lit.parts.size(), 3u);
-  ASSERT_EQ(lit.open.size(), lit.mesh.positions.size());
-  EXPECT_GT(lit.mesh.num_triangles(), 3 * num);
-  // Of rays in cosine-weighted directions most meet the plate 10 mm away, which is far less than they reach.
-  EXPECT_LT(mean_open(lit), 0.5);
-  EXPECT_NE(mesh_glb(lit, 0.001).find("_HIDDEN"), std::string::npos);
-  EXPECT_EQ(mesh_glb(plates, 0.001).find("_HIDDEN"), std::string::npos);
+  // Of rays in cosine-weighted directions most meet a plate 10 mm away, which is far less than they reach.
+  EXPECT_GT(hidden(10.0), 0.5);
+  // None comes as far as 1 m.
+  EXPECT_LT(hidden(1000.0), 0.01);
+}
+
+TEST(CutToTexels, KeepsPartsAndPlaces) {
+  const PartedMesh plate = parted_mesh(with_normals(testing_support::cut_plane(100.0)), "plate");
+  const PartedMesh fine = cut_to_texels(plate, 100);
+  ASSERT_EQ(fine.parts.size(), 1u);
+  EXPECT_EQ(static_cast<int>(fine.parts[0].triangles.size()), fine.mesh.num_triangles());
+  EXPECT_GT(fine.mesh.num_triangles(), 10 * plate.mesh.num_triangles());
+  for (const Vec3& p : fine.mesh.positions) EXPECT_NEAR(p.z(), 0.0, 1e-9);
 }
 
 TEST(PlantRows, HaveThePartTheyStandOn) {

@@ -171,9 +171,8 @@ export async function get_map(place: string, name: string, size?: number, signal
 export const get_places = (signal?: AbortSignal): Promise<Places> => get_json("/api/places", signal);
 export const get_place = <T extends PlaceBase>(place: string, signal?: AbortSignal): Promise<T> => get_json(url_of("/api/place", { place }), signal);
 export const get_curve = (place: string, x: number, y: number, signal?: AbortSignal): Promise<Curve> => get_json(url_of("/api/curve", { place, x, y }), signal);
-/// @param detail  "light": refined, with ambient visibility; "relief": to texels, too. @param texels  Along each side of the texture, for "relief".
-export const get_mesh = async (place: string, signal?: AbortSignal, detail?: "light" | "relief", texels?: number): Promise<ArrayBuffer> =>
-  (await get(url_of("/api/mesh", { place, detail, texels }), signal)).bytes;
+/// @param texels  Along each side of the texture: the mesh is cut to them, for heights that move it.
+export const get_mesh = async (place: string, signal?: AbortSignal, texels?: number): Promise<ArrayBuffer> => (await get(url_of("/api/mesh", { place, texels }), signal)).bytes;
 
 /// Where small plants can grow: rows of numbers, as the protocol has them.
 export const get_plants = async (place: string): Promise<Float32Array> => new Float32Array((await get(url_of("/api/plants", { place }))).bytes);

@@ -11,7 +11,7 @@ export interface LiveEvents {
   /// Tiles of one plane; `payload` begins with the numbers. The view calls acknowledge() when the update with `last` is on screen.
   tiles(header: TilesHeader, payload: ArrayBuffer, offset: number): void;
   gammatons(positions: Float32Array): void;
-  hash(hash: { iteration: number; surface: string; relief: string; material?: string }): void;
+  hash(hash: { iteration: number; surface: string; relief: string; material: string }): void;
   outcome(outcome: Outcome): void;
   probe(probe: Probe): void;
   exported(exported: Exported): void;

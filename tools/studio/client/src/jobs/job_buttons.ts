@@ -17,8 +17,8 @@ function commands(): Promise<JobCommand[]> {
   return known;
 }
 
-export function start_job(command: string, given: JobValues): void {
-  void open_job(command, given, jobs_panel.started);
+export function start_job(command: string, given: JobValues, output = ""): void {
+  void open_job(command, given, jobs_panel.started, output);
 }
 
 export function job_buttons(place: PlaceBase): HTMLElement {

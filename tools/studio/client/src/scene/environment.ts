@@ -19,6 +19,8 @@ export interface LightChoice {
   lamp: Lamp | undefined;
   /// Radiance from a direction (y up), linear.
   around: (way: Vec3) => Vec3;
+  /// Where it is even: x + y (up . way) in all channels.
+  even?: [number, number];
 }
 
 /// Radiance all around, linear RGB: rows from the lowest direction up, columns as three.js has them.
@@ -79,11 +81,12 @@ const kRender = { light: 0.8, light_elevation_deg: 42, light_size_deg: 7, light_
 
 function studio(): LightChoice {
   const { light, ambient, ambient_gradient: g } = kRender;
+  const even: [number, number] = [ambient * (1 - 0.5 * g), ambient * 0.75 * g];
   return {
-    name: "studio", text: "Studio, as render has it",
+    name: "studio", text: "Studio, as render has it", even,
     lamp: { color: [light, light, light], height_deg: kRender.light_elevation_deg, around_deg: kRender.azimuth_deg + kRender.light_azimuth_deg, half_angle_deg: kRender.light_size_deg, is_around: false },
     around: ([, up]) => {
-      const radiance = ambient * Math.max(0, 1 - 0.5 * g + 0.75 * g * up);
+      const radiance = Math.max(0, even[0] + even[1] * up);
       return [radiance, radiance, radiance];
     },
   };
@@ -128,6 +131,7 @@ export interface Surroundings {
   lamp: Lamp | undefined;
   /// Light of all but the lamp on a white surface: coefficients of spherical harmonics, as in libcommon/output/surroundings.cpp.
   smooth: Vec3[];
+  even?: [number, number];
 }
 
 /// @param weight  The part of a texel's radiance that counts.
@@ -148,7 +152,7 @@ export function surroundings_of(light: LightChoice): Surroundings {
   for (let y = 0; y < kHeight; ++y) {
     for (let x = 0; x < kWidth; ++x) map.rgb.set(light.around(way_of(x, y, kWidth, kHeight)), 3 * (y * kWidth + x));
   }
-  return { map, lamp: light.lamp, smooth: smooth_light(map, () => 1) };
+  return { map, lamp: light.lamp, smooth: smooth_light(map, () => 1), ...(light.even ? { even: light.even } : {}) };
 }
 
 /// Of a picture: scaled as `render` does, and what is bright in it, if it lies together, as a lamp.

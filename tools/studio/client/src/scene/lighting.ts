@@ -1,5 +1,5 @@
 // How surfaces reflect light, the same as libcommon/output/surface_material.cpp: a diffuse base, a rough mirror and a film of water over both. In
-// place of rays: the lamp's shadow map, a blurred picture of the surroundings, ambient visibility at the vertices.
+// place of rays: the lamp's shadow map, a blurred picture of the surroundings, ambient visibility that the server has found.
 import * as THREE from "three";
 import type { Vec3 } from "../types";
 
@@ -56,23 +56,28 @@ export class Lighting {
     lamp_radius: { value: 0 },
     /// Mirrors have to look for it.
     is_lamp_mirrored: { value: 1 },
+    /// Surroundings x + y (up . direction), where they are so even: no picture of them is looked up then.
+    even_light: { value: new THREE.Vector2() },
+    is_even: { value: 0 },
   };
 
-  set(smooth: Vec3[], lamp_half_angle_deg: number, is_lamp_mirrored: boolean): void {
+  /// @param even  [x, y] of such surroundings.
+  set(smooth: Vec3[], lamp_half_angle_deg: number, is_lamp_mirrored: boolean, even?: [number, number]): void {
+    this.uniforms.is_even.value = even ? 1 : 0;
+    this.uniforms.even_light.value.set(...(even ?? [0, 0]));
     smooth.forEach((c, k) => this.uniforms.smooth_light.value[k]!.set(...c));
     this.uniforms.lamp_radius.value = Math.tan((lamp_half_angle_deg * Math.PI) / 180);
     this.uniforms.is_lamp_mirrored.value = is_lamp_mirrored ? 1 : 0;
   }
 }
 
-export const kLightingVertex = { declarations: "attribute float _hidden;\nvarying float v_hidden;", main: "v_hidden = _hidden;" };
-
 export const kLightingDeclarations = /* glsl */ `
 #ifdef USE_ENVMAP
 uniform sampler2D lobe_table;
 uniform vec3 smooth_light[9];
 uniform float lamp_radius, is_lamp_mirrored;
-varying float v_hidden;
+uniform vec2 even_light;
+uniform int is_even;
 
 const float kWaterF0 = 0.0201, kWaterIndex = 1.33, kFilmRoughness = 0.12, kFilmLevels = 0.7;
 const float kWaterInside = 1.0 - (1.0 - 0.066) / (kWaterIndex * kWaterIndex);
@@ -87,7 +92,8 @@ vec3 lobe_reflected(vec3 f0, vec2 energy) { return compensation(f0, energy) * (f
 float lobe_shape(vec3 normal, vec3 view, vec3 light, float rough, out float grazing) {
   float nl = dot(normal, light), nv = max(dot(normal, view), 1e-3);
   vec3 middle = normalize(view + light);
-  grazing = pow(1.0 - clamp(dot(middle, view), 0.0, 1.0), 5.0);
+  float rest = 1.0 - clamp(dot(middle, view), 0.0, 1.0), rest2 = rest * rest;
+  grazing = rest2 * rest2 * rest;
   if (nl <= 0.0) return 0.0;
   float a2 = rough * rough * rough * rough + 0.25 * lamp_radius * lamp_radius;
   vec3 across = cross(normal, middle);
@@ -97,10 +103,16 @@ float lobe_shape(vec3 normal, vec3 view, vec3 light, float rough, out float graz
 }
 
 vec3 smooth_light_on(vec3 normal) {
+  if (is_even != 0) return vec3(even_light.x + even_light.y * 2.0 / 3.0 * dot(normal, viewMatrix[1].xyz));
   vec3 n = envMapRotation * inverseTransformDirection(normal, viewMatrix);
   vec3 sum = smooth_light[0] * 0.282095 + 0.488603 * (smooth_light[1] * n.y + smooth_light[2] * n.z + smooth_light[3] * n.x);
   sum += 1.092548 * (smooth_light[4] * n.x * n.y + smooth_light[5] * n.y * n.z + smooth_light[7] * n.x * n.z);
   return max(vec3(0.0), sum + smooth_light[6] * 0.315392 * (3.0 * n.z * n.z - 1.0) + smooth_light[8] * 0.546274 * (n.x * n.x - n.y * n.y));
+}
+
+vec3 mirrored_light(vec3 view, vec3 normal, float rough) {
+  if (is_even == 0) return getIBLRadiance(view, normal, rough);
+  return vec3(even_light.x + even_light.y * dot(mix(reflect(-view, normal), normal, rough * rough), viewMatrix[1].xyz));
 }
 
 // Reflectance of what is no metal when water is on it in place of air.
@@ -108,9 +120,6 @@ vec3 under_water(vec3 f0) {
   vec3 root = sqrt(clamp(f0, 0.0, 0.99)), index = (1.0 + root) / (1.0 - root), ratio = (index - kWaterIndex) / (index + kWaterIndex);
   return ratio * ratio;
 }
-
-// Share of what a mirror sees that is not hidden, by ambient visibility [Lagarde and de Rousiers 2014].
-float mirror_open(float open, float nv, float rough) { return clamp(pow(nv + open, exp2(-16.0 * rough - 1.0)) - 1.0 + open, 0.0, 1.0); }
 
 vec3 facing_viewer(vec3 normal, vec3 view) {
   float lack = 0.02 - dot(normal, view);
@@ -158,8 +167,8 @@ vec3 lit_color(SurfacePlace p, vec3 view) {
 #endif
   // What hides the surroundings from a mirror is taken to look as its own place does.
   vec3 own = (dull + reflected + coat_reflected) * around;
-  sum += reflected * mix(own, getIBLRadiance(view, p.normal, p.roughness), mirror_open(p.open, nv, p.roughness));
-  if (closed > 0.0) sum += coat_reflected * mix(own, getIBLRadiance(view, film_normal, kFilmRoughness), mirror_open(p.open, dot(film_normal, view), kFilmRoughness));
+  sum += reflected * mix(own, mirrored_light(view, p.normal, p.roughness), p.open);
+  if (closed > 0.0) sum += coat_reflected * mix(own, mirrored_light(view, film_normal, kFilmRoughness), p.open);
   return sum;
 }
 #endif

@@ -3,7 +3,8 @@
 import * as THREE from "three";
 import { kLabShader } from "../color/lab";
 import { kRampShader } from "../color/ramp";
-import { kLightingDeclarations, kLightingVertex, lighting_main, type Lighting } from "./lighting";
+import { kLightingDeclarations, lighting_main, type Lighting } from "./lighting";
+import { kSeamVertex } from "./seams";
 
 export type Comparison = "one" | "wipe" | "difference";
 const kComparisons: Comparison[] = ["one", "wipe", "difference"];
@@ -31,7 +32,7 @@ export class SurfaceLook {
     material_a: { value: [] as THREE.Texture[] },
     material_b: { value: [] as THREE.Texture[] },
     has_material: { value: [0, 0, 0] },
-    /// Metalness, wetness and plants of a running scene.
+    /// Of a running scene: metalness, wetness, plants, and the light from all around that does not come.
     substance: { value: null as THREE.Texture | null },
     has_substance: { value: 0 },
   };
@@ -133,10 +134,10 @@ roughnessFactor = mix(roughnessFactor, 0.8, as_map);
 `;
 
 const kMetalness = /* glsl */ `
-vec2 metal_and_water = has_substance == 0 ? vec2(0.0) : texture2D(substance, vMapUv).rg;
-if (has_material[1] != 0) metal_and_water.r = occlusion_roughness_metalness().b;
-metal_and_water *= 1.0 - as_map;
-float metalnessFactor = metal_and_water.r;
+vec4 made_of = has_substance == 0 ? vec4(0.0) : texture2D(substance, vMapUv);
+if (has_material[1] != 0) made_of.r = occlusion_roughness_metalness().b;
+made_of.rg *= 1.0 - as_map;
+float metalnessFactor = made_of.r;
 `;
 
 const kPlace = /* glsl */ `
@@ -146,8 +147,8 @@ const kPlace = /* glsl */ `
   p.specular = reflectance();
   p.roughness = roughnessFactor;
   p.metalness = metalnessFactor;
-  p.wetness = metal_and_water.g;
-  p.open = 1.0 - v_hidden;
+  p.wetness = made_of.g;
+  p.open = 1.0 - made_of.a;
 `;
 
 const kLights = THREE.ShaderChunk.lights_physical_fragment.replace("mix( vec3( 0.04 ), diffuseColor.rgb", "mix( reflectance(), diffuseColor.rgb");
@@ -175,9 +176,8 @@ function extend(material: THREE.Material, look: SurfaceLook, lighting?: Lighting
     shader.fragmentShader = shader.fragmentShader.replace("#include <common>", "#include <common>\nuniform sampler2D relief, substance;\nuniform float normal_amount;\nuniform int has_substance;\nfloat as_map;")
       .replace("#include <roughnessmap_fragment>", kRoughness).replace("#include <metalnessmap_fragment>", kMetalness).replace(lights, lighting_main(kPlace, kLights))
       .replace("void main() {", `${kMaterial}${kLightingDeclarations}\nvoid main() {`).replace("#include <normal_fragment_maps>", kReliefNormal);
-    shader.vertexShader = shader.vertexShader.replace("#include <common>", `#include <common>\nuniform sampler2D relief;\nuniform vec2 relief_mm;\nuniform float displacement;\n${kLightingVertex.declarations}`)
-      .replace("#include <displacementmap_vertex>",
-               `${kLightingVertex.main}\nif (displacement > 0.0) transformed += normalize(objectNormal) * displacement * mix(relief_mm.x, relief_mm.y, texture2D(relief, uv).a);`);
+    shader.vertexShader = shader.vertexShader.replace("#include <common>", `#include <common>\n${kSeamVertex.declarations}`)
+      .replace("#include <displacementmap_vertex>", kSeamVertex.main);
   };
   material.customProgramCacheKey = () => `patinate ${lighting !== undefined}`;
 }

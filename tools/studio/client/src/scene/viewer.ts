@@ -2,7 +2,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { current_theme, on_theme } from "../ui/theme";
-import { Environments, lamp_direction, type Lamp } from "./environment";
+import { Environments, kLights, lamp_direction, surroundings_of_picture, type Lamp, type RadianceMap } from "./environment";
 import { distance_to_fit } from "./framing";
 import { Lighting } from "./lighting";
 import { first_hit, prepare_picking, type Hit } from "./picking";
@@ -12,6 +12,7 @@ export type { Hit };
 const kShadowTexels = 2048;
 const kClick_px = 5;
 const kLook_ms = 4, kPrepare_ms = 250;
+const kRays = 3;  // Along each side of a pixel of a picture that is saved.
 const kSlow_ms = 45, kLeastScale = 0.5, kRest_ms = 350;
 
 export class Viewer {
@@ -50,6 +51,8 @@ export class Viewer {
   private rest_timer: number | undefined;
   private shining: Lamp | undefined;
   private light_turn_deg = 0;
+  private light = kLights[0]!.name;
+  private are_surroundings_shown = false;
   private readonly raycaster = new THREE.Raycaster();
   private down: { x: number; y: number } | undefined;
 
@@ -167,18 +170,70 @@ export class Viewer {
   /// @param name  Of kLights, or of a picture that was added to `environments`.
   set_light(name: string, turn_deg = this.light_turn_deg): void {
     this.light_turn_deg = turn_deg;
+    this.light = name;
     const { surroundings, mirror } = this.environments.get(name);
     if (!this.is_flat) {
       this.scene.environment = mirror;
       this.scene.environmentRotation.y = (turn_deg * Math.PI) / 180;
     }
-    const { lamp, smooth } = surroundings;
+    const { lamp, smooth, even } = surroundings;
     this.shining = lamp;
-    this.lighting.set(smooth, lamp?.half_angle_deg ?? 0, lamp?.is_around === false);
+    this.lighting.set(smooth, lamp?.half_angle_deg ?? 0, lamp?.is_around === false, even);
     this.lamp.color.setRGB(...(lamp?.color ?? [0, 0, 0]));
     this.lamp.intensity = Math.PI;
     this.place_lamp();
+    this.show_background();
     this.invalidate_shadows();
+  }
+
+  /// Light from a picture, by its file's name. @param map  Rows from the top. @throws Error where it is black
+  add_light(name: string, map: RadianceMap): void {
+    this.environments.add(name, surroundings_of_picture(map));
+  }
+
+  /// What gives light as the background, too.
+  show_surroundings(are_shown: boolean): void {
+    this.are_surroundings_shown = are_shown;
+    this.show_background();
+  }
+
+  /// Options of `render` for this light; none where it has no such light. @param azimuth  Of its camera, degrees.
+  light_options(azimuth: number): Record<string, string> {
+    const { light, shining, light_turn_deg: turn } = this;
+    const degrees = (angle: number): string => String(Number((((((angle + 180) % 360) + 360) % 360) - 180).toFixed(2)));
+    if (light === kLights[0]!.name) return { light_azimuth: degrees((shining?.around_deg ?? 0) + turn - azimuth) };
+    if (kLights.some(({ name }) => name === light)) return {};
+    return { environment: light, environment_azimuth: degrees(turn - azimuth), ...(this.are_surroundings_shown ? { backdrop: "environment" } : {}) };
+  }
+
+  /// What is on screen as a PNG of another size, without what is not of the scene. Each pixel is the mean of several.
+  async picture(width: number, height: number): Promise<Blob> {
+    const { renderer, camera, scene } = this, most = renderer.capabilities.maxTextureSize;
+    const rays = Math.max(1, Math.min(kRays, Math.floor(most / Math.max(width, height))));
+    const eye = camera.clone() as typeof camera;
+    if (eye instanceof THREE.PerspectiveCamera) eye.aspect = width / height;
+    else [eye.left, eye.right] = [-width / height, width / height];
+    eye.updateProjectionMatrix();
+    const hidden = scene.children.filter((child) => child.visible && child !== this.content && child !== this.floor && child !== this.lamp);
+    for (const child of hidden) child.visible = false;
+    try {
+      this.before_frame?.();
+      renderer.setPixelRatio(1);
+      renderer.setSize(width * rays, height * rays, false);
+      renderer.render(scene, eye);
+      const small = document.createElement("canvas"), context = small.getContext("2d");
+      [small.width, small.height] = [width, height];
+      if (!context) throw new Error("there is no memory for a picture of this size");
+      context.imageSmoothingQuality = "high";
+      context.drawImage(renderer.domElement, 0, 0, width, height);
+      const file = await new Promise<Blob | null>((resolve) => small.toBlob(resolve, "image/png"));
+      if (!file) throw new Error("there is no memory for a picture of this size");
+      return file;
+    } finally {
+      for (const child of hidden) child.visible = true;
+      this.set_scale(this.scale);
+      this.invalidate();
+    }
   }
 
   set_shadows(are_on: boolean): void {
@@ -315,7 +370,9 @@ export class Viewer {
   }
 
   private show_background(): void {
-    this.scene.background = new THREE.Color(current_theme() === "dark" ? 0x1b1d1f : 0xe9e6e0);
+    const picture = this.are_surroundings_shown && !this.is_flat ? this.environments.get(this.light).picture : undefined;
+    this.scene.background = picture ?? new THREE.Color(current_theme() === "dark" ? 0x1b1d1f : 0xe9e6e0);
+    this.scene.backgroundRotation.copy(this.scene.environmentRotation);
     this.invalidate();
   }
 }

@@ -1,7 +1,8 @@
 // The picture of a running scene: its mesh, the planes that the server sends, plantlets; and whether it is what the server has.
-import type * as THREE from "three";
+import * as THREE from "three";
 import { get_mesh, get_plants } from "../api";
 import { lit_material, type SurfaceLook } from "../scene/material";
+import { add_seams } from "../scene/seams";
 import { dress, read_glb } from "../scene/mesh_loader";
 import type { Viewer } from "../scene/viewer";
 import type { SceneState, TilesHeader } from "../types";
@@ -17,8 +18,7 @@ const kPlantlets_ms = 500, kReload_ms = 1000;
 export interface Hashes {
   surface: string;
   relief: string;
-  /// Missing where nothing is of metal, wet or overgrown.
-  material?: string;
+  material: string;
 }
 export interface HashPair {
   server: Hashes;
@@ -44,6 +44,7 @@ export class LivePicture {
   private material: THREE.MeshStandardMaterial | undefined;
   private plantlets: Plantlets | undefined;
   private is_asking_plants = false;
+  private is_displaced = false;  ///< The mesh is cut to texels.
   private has_object_nodes = false;
   private is_other = false;  ///< The scene has another extent than the one before.
   private is_disposed = false;
@@ -70,7 +71,7 @@ export class LivePicture {
       if (this.model) dress(this.model, this.material);
     }
     look.uniforms.relief_mm.value.set(...scene.relief_mm);
-    look.uniforms.has_substance.value = scene.look.metal || scene.look.film !== null ? 1 : 0;
+    look.uniforms.has_substance.value = 1;
     if (is_first || JSON.stringify(before?.objects) !== JSON.stringify(scene.objects)) void this.load_mesh();
     this.is_other = before !== undefined && JSON.stringify(before.bounds_mm) !== JSON.stringify(scene.bounds_mm);
   }
@@ -99,6 +100,11 @@ export class LivePicture {
     if (are_shown && !this.plantlets) void this.load_plantlets(model);
     this.plantlets?.update(are_shown ? planes.material : undefined);
     viewer.invalidate_shadows();
+  }
+
+  /// Whether heights move the mesh was changed.
+  update_displacement(): void {
+    if (this.options.look.uniforms.displacement.value > 0 !== this.is_displaced) void this.load_mesh();
   }
 
   /// The server's hash of the state that the next update completes.
@@ -131,7 +137,10 @@ export class LivePicture {
 
   private async load_mesh(): Promise<void> {
     try {
-      this.put(await read_glb(await get_mesh(this.options.place, undefined, "light")));
+      const { look } = this.options, is_displaced = this.is_displaced = look.uniforms.displacement.value > 0;
+      const group = await read_glb(await get_mesh(this.options.place, undefined, is_displaced ? this.scene?.width : undefined));
+      if (is_displaced) group.traverse((o) => { if (o instanceof THREE.Mesh) add_seams(o.geometry as THREE.BufferGeometry); });
+      this.put(group);
     } catch (error) {
       if (!this.is_disposed) show_error(error);
     }

@@ -1,7 +1,7 @@
 // Small plants where much has grown [Guenther et al. 2012, sec. 4.5], at the places where `render` has them: shown once there is enough, and taller as
 // it grows. libcommon/output/plantlets.cpp says where they stand; here are their leaves.
 import * as THREE from "three";
-import { kLightingDeclarations, kLightingVertex, lighting_main, type Lighting } from "../scene/lighting";
+import { kLightingDeclarations, lighting_main, type Lighting } from "../scene/lighting";
 import type { TilePlane } from "../scene/texture_tiles";
 
 const kNumLeaves = 6, kRow = 17;
@@ -36,8 +36,8 @@ function leaf_material(lighting: Lighting, ground: { value: THREE.Texture }): TH
   const lights = "#include <lights_physical_fragment>\n\t#include <lights_fragment_begin>\n\t#include <lights_fragment_maps>\n\t#include <lights_fragment_end>";
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, lighting.uniforms, { ground });
-    shader.vertexShader = shader.vertexShader.replace("#include <common>", `#include <common>\nattribute float shade;\nattribute vec4 own;\nattribute vec2 place;\nuniform sampler2D ground;\nvarying vec3 v_leaf;\n${kLightingVertex.declarations}`)
-      .replace("#include <begin_vertex>", `#include <begin_vertex>\nv_leaf = shade * (own.rgb + own.a * texture2D(ground, place).rgb);\n${kLightingVertex.main}`);
+    shader.vertexShader = shader.vertexShader.replace("#include <common>", `#include <common>\nattribute float shade;\nattribute vec4 own;\nattribute vec2 place;\nuniform sampler2D ground;\nvarying vec3 v_leaf;`)
+      .replace("#include <begin_vertex>", `#include <begin_vertex>\nv_leaf = shade * (own.rgb + own.a * texture2D(ground, place).rgb);`);
     shader.fragmentShader = shader.fragmentShader.replace("#include <common>", "#include <common>\nvarying vec3 v_leaf;").replace("void main() {", `${kLightingDeclarations}\nvoid main() {`).replace(lights, lighting_main(place, lights));
   };
   material.customProgramCacheKey = () => "patinate leaves";

@@ -41,7 +41,12 @@ export class ShowPanel {
       toggle("Gammatons as points", this.shown.gammatons > 0, (on) => { this.shown.gammatons = on ? kMostGammatons : 0; this.changed(); }, "Where material is under way").element,
       plant && toggle("Plantlets", this.shown.plantlets, (on) => { this.shown.plantlets = on; this.changed(); }, `Small plants where there is much ${plant}`).element,
       slider({ label: "Relief of normals", low: 0, high: 3, step: 0.05, value: 1, unit: "×", on_input: (v) => { this.look.uniforms.normal_amount.value = v; this.redraw(); } }).element,
-      slider({ label: "Displacement", low: 0, high: 10, step: 0.1, value: 0, unit: "×", hint: "Heights move the mesh's vertices", on_input: (v) => { this.look.uniforms.displacement.value = v; this.redraw(); } }).element);
+      slider({ label: "Displacement", low: 0, high: 10, step: 0.1, value: 0, unit: "×", hint: "Heights move the mesh's vertices", on_input: (v) => {
+        const is_other = v > 0 !== this.look.uniforms.displacement.value > 0;
+        this.look.uniforms.displacement.value = v;
+        if (is_other) this.changed();
+        this.redraw();
+      } }).element);
   }
 
   /// The one map that the server sends.

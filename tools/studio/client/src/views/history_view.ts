@@ -27,6 +27,7 @@ import { h, replace } from "../ui/dom";
 import { download, progress, show_error } from "../ui/notices";
 import { xxh64 } from "../xxh64";
 import { other_result } from "./compare_view";
+import { PicturePanel } from "./picture_panel";
 import type { View } from "./view";
 import { facts_table, light_controls, toggle_full_screen, view_tools, workspace } from "./workspace";
 
@@ -187,6 +188,7 @@ export class HistoryView implements View {
       h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind), job_buttons(place)),
       compare, this.paint?.element ?? "", section("Color of a place", true, this.curve.element), section("Map over the surface", true, this.overlay.element), section("Regions", false, this.regions.element),
       has_mesh ? section("Light", false, light_controls(this.viewer), exact.element) : this.relief?.element ?? "",
+      has_mesh ? new PicturePanel(this.viewer, place).element : "",
       section("About", false, facts_table(place.facts ?? [])),
       is_static() ? "" : h("div", { class: "panel-foot" }, save));
   }

@@ -32,6 +32,7 @@ import { h } from "../ui/dom";
 import { ask } from "../ui/dialog";
 import { gesture } from "../ui/gesture";
 import { failure, notice, progress, settle, show_error, type Progress } from "../ui/notices";
+import { PicturePanel } from "./picture_panel";
 import type { View } from "./view";
 import { facts_table, light_controls, toggle_full_screen, view_tools, workspace } from "./workspace";
 
@@ -211,7 +212,7 @@ export class SimulationView implements View, SceneContext {
     bar.append(this.run_bar.element);
     const sender = { ask: (op: string, fields: Record<string, unknown>) => this.ask(op, fields) };
     panel.append(h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, this.place.kind), this.place.kind === "scene" && job_buttons(this.place)),
-      this.steps.element, this.emitters.element, this.brush_panel.element, ...this.flow.elements, this.rules.element, this.appearance.element, this.shown.element, this.place_panel.element, this.outcome_panel.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element, this.builder.element,
+      this.steps.element, this.emitters.element, this.brush_panel.element, ...this.flow.elements, this.rules.element, this.appearance.element, this.shown.element, this.place_panel.element, this.outcome_panel.element, section("Light", false, light_controls(this.viewer)), new PicturePanel(this.viewer, this.place).element, this.status_panel.element, this.builder.element,
       section("About", false, facts_table(this.place.facts ?? [])),
       h("div", { class: "panel-foot" }, button("Save the scene", () => open_save(sender, this), { icon: "save", hint: "As a scene file that patinate simulate reproduces" }),
         button("Export", () => open_export(sender, this), { icon: "download", hint: "Textures, GLB, parameter maps, history" })));
@@ -312,6 +313,7 @@ export class SimulationView implements View, SceneContext {
     if (shown.gammatons === 0) this.gammatons.show(new Float32Array());
     this.live.set_watch({ overlay: this.shown.wanted(), gammatons: shown.gammatons });
     this.picture.update_plantlets();
+    this.picture.update_displacement();
     this.viewer.invalidate();
   }
 

@@ -71,7 +71,8 @@ async function same_planes(p = page) {
   const { server: there, here } = await p.evaluate(() => window.patinate.check_hash());
   assert.equal(here.surface, there.surface);
   assert.equal(here.relief, there.relief);
-  return here.surface + here.relief;
+  assert.equal(here.material, there.material);  // Water is there: it is a film.
+  return here.surface + here.relief + here.material;
 }
 async function run_for(iterations) {
   const from = await iteration();
@@ -692,7 +693,7 @@ nightly("a scene that cannot be opened says why, and nobody tries again", async 
 test("post-controls recompose at once and simulate nothing", async () => {
   const start = await same_planes();
   const from = await iteration();
-  await in_page(() => window.patinate.send("appearance", { appearance: { water: { strength: 2.5 } } }));
+  await in_page(() => window.patinate.send("appearance", { appearance: { dirt: { strength: 2.5 } } }));
   assert.notEqual(await same_planes(), start);
   assert.equal(await iteration(), from);
 });
@@ -787,7 +788,7 @@ test("the first stop of Tab is Run, the second one a step", async () => {
 
 test("when the server was killed and started again, the page comes back, and what was painted with it", async () => {
   const { port } = server;
-  const surface = async () => (await in_page(() => window.patinate.check_hash())).server.surface;
+  const surface = async () => { const { server: there } = await in_page(() => window.patinate.check_hash()); return there.surface + there.material; };
   const painted = await surface(), end = await iteration();
   assert.equal(await page.locator(".notice.offer").count(), 0);
   await page.waitForTimeout(1000);  // By then it is on the disk.

@@ -9,7 +9,7 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath, pathToFileURL } from "node:url";
 import { promisify } from "node:util";
-import { missing, new_page, open_browser, open_place, patinate, scene_is_ready, serve, until } from "./support.mjs";
+import { missing, new_page, open_browser, open_place, patinate, scene_is_ready, serve, until, write_sky } from "./support.mjs";
 
 const program = process.argv[2];
 const client = fileURLToPath(new URL("../../tools/studio/client/", import.meta.url));
@@ -192,20 +192,6 @@ for (const name of ["metal", "wet", "mossy"]) {
     assert.ok(await compare(name, "studio") < kMost);
     assert.deepEqual(page.problems, []);
   });
-}
-
-/// A sky with a sun of 5 degrees: 128 x 64, RGBE in rows that are not compressed.
-async function write_sky(file) {
-  const width = 128, height = 64, bytes = Buffer.alloc(4 * width * height), sun = { u: 0.3, up: 50 };
-  for (let y = 0; y < height; ++y) {
-    for (let x = 0; x < width; ++x) {
-      const up = 90 - (180 * (y + 0.5)) / height, across = ((x + 0.5) / width - sun.u) * 360 * Math.cos((up * Math.PI) / 180);
-      const color = Math.hypot(up - sun.up, across) < 5 ? [60, 55, 45] : up > 0 ? [0.5 - 0.003 * up, 0.6 - 0.001 * up, 0.7 + 0.002 * up] : [0.2, 0.18, 0.15];
-      const exponent = Math.floor(Math.log2(Math.max(...color))) + 1;
-      bytes.set([...color.map((v) => Math.min(255, Math.round((v / 2 ** exponent) * 256))), exponent + 128], 4 * (y * width + x));
-    }
-  }
-  await writeFile(file, Buffer.concat([Buffer.from(`#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y ${height} +X ${width}\n`), bytes]));
 }
 
 for (const name of ["metal", "wet"]) {

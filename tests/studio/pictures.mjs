@@ -1,6 +1,6 @@
 // node pictures.mjs PATINATE FOLDER OUT: a picture of every view, for the documentation (tools/studio_pictures makes FOLDER).
 import { join } from "node:path";
-import { history_is_ready, missing, new_page, open_browser, open_place, scene_is_ready, serve, until } from "./support.mjs";
+import { history_is_ready, missing, new_page, open_browser, open_place, scene_is_ready, serve, until, write_sky } from "./support.mjs";
 
 const [, , program, folder, out] = process.argv;
 const why = missing();
@@ -116,6 +116,19 @@ await look("light", 820, 1180);
 await page.locator("select", { hasText: "nothing" }).selectOption("water");
 await sleep(1500);
 await save("painting_tablet");
+
+await look("light", 1280, 720);
+await open_place(page, server, "rained_urn", "live");
+await scene_is_ready(page);
+await write_sky(join(folder, "sky.hdr"));
+await page.locator("summary", { hasText: /^Light$/ }).click();
+await page.getByLabel("A picture of surroundings").setInputFiles(join(folder, "sky.hdr"));
+await until(page, () => [...document.querySelectorAll("select")].some((s) => s.value === "sky.hdr"));
+await page.getByText("Show emitters").click();
+await page.locator(".notice button[title=Close], .notices button").first().click().catch(() => {});
+await page.locator("summary", { hasText: /^Picture$/ }).click();
+await page.locator("summary", { hasText: /^Picture$/ }).scrollIntoViewIfNeeded();
+await save("look");
 
 await look("dark", 1280, 720);
 await open_place(page, server, "rained_urn", "live");

@@ -36,7 +36,7 @@ export async function make_wall(program, folder, { resolution = 256, gammatons =
     scene.atlas.resolution = resolution;
     scene.run = { iterations: 60, history_every: 20, controls: ["hits"] };
     scene.emitters = [
-      { name: "spout", shape: "disk", position: [-200, 250, 300], direction: [0, 0, -1], size: 120, spread_deg: 2, speed: 20000, gammatons, carries: { water: 2 } },
+      { name: "spout", shape: "disk", position: [-200, 250, 300], direction: [0, 0, -1], size: 120, spread_deg: 2, speed: 20000, gammatons, carries: { water: 2, dirt: 0.3 } },
       { name: "brush", shape: "surface", position: [0, 0, 0], size: 100, distance: 30, speed: 500, gammatons, carries: { water: 2, dirt: 2 }, on: false },
     ];
     if (sky) scene.emitters[0] = { name: "spout", shape: "sky", direction: [0, -1, -0.12], spread_deg: 4, speed: 3000, gammatons, carries: { water: 0.8, dirt: 0.3 } };
@@ -107,4 +107,18 @@ export async function history_is_ready(page) {
 /// A scene is on screen: its mesh and its first texels.
 export async function scene_is_ready(page) {
   await until(page, () => window.patinate?.view === "simulation" && window.patinate.is_ready());
+}
+
+/// A sky with a sun of 5 degrees: 128 x 64, RGBE in rows that are not compressed.
+export async function write_sky(file) {
+  const width = 128, height = 64, bytes = Buffer.alloc(4 * width * height), sun = { u: 0.3, up: 50 };
+  for (let y = 0; y < height; ++y) {
+    for (let x = 0; x < width; ++x) {
+      const up = 90 - (180 * (y + 0.5)) / height, across = ((x + 0.5) / width - sun.u) * 360 * Math.cos((up * Math.PI) / 180);
+      const color = Math.hypot(up - sun.up, across) < 5 ? [60, 55, 45] : up > 0 ? [0.5 - 0.003 * up, 0.6 - 0.001 * up, 0.7 + 0.002 * up] : [0.2, 0.18, 0.15];
+      const exponent = Math.floor(Math.log2(Math.max(...color))) + 1;
+      bytes.set([...color.map((v) => Math.min(255, Math.round((v / 2 ** exponent) * 256))), exponent + 128], 4 * (y * width + x));
+    }
+  }
+  await writeFile(file, Buffer.concat([Buffer.from(`#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y ${height} +X ${width}\n`), bytes]));
 }

@@ -11,7 +11,7 @@ const client = resolve(process.argv[2] ?? "tools/studio/client");
 const { build } = createRequire(join(client, "package.json"))("esbuild");
 const folder = await mkdtemp(join(tmpdir(), "patinate-units-"));
 after(() => rm(folder, { recursive: true }));
-const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief", "ui/keys", "color/range", "ui/numbers", "scene/picking", "simulation/way", "simulation/recorded", "capture/landmarks", "capture/mask", "capture/project", "capture/photograph_files", "build/document", "build/paths"];
+const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief", "ui/keys", "color/range", "ui/numbers", "scene/picking", "simulation/way", "simulation/recorded", "capture/landmarks", "capture/mask", "capture/project", "capture/photograph_files", "build/document", "build/paths", "scene/lighting", "scene/environment", "scene/seams", "scene/picture_file"];
 await build({ stdin: { contents: `${modules.map((m) => `export * from "./src/${m}";`).join("\n")}\nexport * as THREE from "three";`, resolveDir: client, loader: "ts" }, bundle: true, format: "esm", platform: "node", outfile: join(folder, "units.mjs"), logLevel: "warning" });
 const u = await import(pathToFileURL(join(folder, "units.mjs")).href);
 
@@ -389,4 +389,52 @@ test("photographs have names of their own in the served folder", () => {
   assert.deepEqual(names("day1/a.jpg", "day2/a.JPG", "b.jpg"), ["day1_a.jpg", "day2_a.jpg", "b.jpg"]);
   assert.deepEqual(names("a b.jpg", "a+b.jpg"), ["a_b.jpg", "a_b_2.jpg"]);
   assert.deepEqual(["a.jpg", "a.CR2", "a.b.mp4", "a.svg", "a.jfif", ".a.jpg", "a.txt", "raw"].map(u.is_photograph), [true, true, true, false, false, false, false, false]);
+});
+
+test("a rough mirror loses what theory says, a smooth one nothing", () => {
+  const energy = (roughness, cosine) => { const [scale, bias] = u.lobe_energy(roughness, cosine); return scale + bias; };
+  const kSamples = 64, kError = 1 / Math.sqrt(kSamples) / 4;  // A quarter of a standard error of random samples: these lie evenly.
+  assert.ok(Math.abs(energy(1, 1) - (1 - Math.log(2))) < kError, `${energy(1, 1)}`);
+  assert.ok(energy(0.05, 1) > 1 - kError && energy(0.05, 1) <= 1 + kRounding);
+});
+
+test("even surroundings light every side alike; what is bright in a picture is a lamp", () => {
+  const width = 64, height = 32, rgb = new Float32Array(3 * width * height).fill(1);
+  const even = u.surroundings_of_picture({ width, height, rgb });
+  assert.equal(even.lamp, undefined);
+  const kMean = 0.6, kBand0 = 0.282095, kHarmonics = 1e-5;  // The digits of the constant.
+  assert.ok(Math.abs(even.smooth[0][0] * kBand0 - kMean) < kHarmonics * 10, `${even.smooth[0]}`);
+  for (const band of even.smooth.slice(1)) for (const c of band) assert.ok(Math.abs(c) < 0.01, `${band}`);
+  // A spot in the middle of the right half, 45 degrees up: the middle of the picture is at -z, its right at +x.
+  for (const x of [47, 48]) for (const y of [7, 8]) rgb.set([500, 500, 500], 3 * (y * width + x));
+  const { lamp } = u.surroundings_of_picture({ width, height, rgb });
+  const kPixel_deg = 360 / width;
+  assert.ok(Math.abs(lamp.height_deg - 45) < kPixel_deg && Math.abs(lamp.around_deg - 90) < kPixel_deg, JSON.stringify(lamp));
+  assert.ok(lamp.half_angle_deg < 2 * kPixel_deg && lamp.is_around);
+});
+
+test("both sides of a seam move as one, and thin sheets not at all", () => {
+  const box = new u.THREE.BoxGeometry(1, 1, 1);  // Three corners at each of eight places.
+  u.add_seams(box);
+  const at = (name, i) => { const a = box.getAttribute(name); return Array.from(a.array.slice(a.itemSize * i, a.itemSize * (i + 1))); };
+  const seen = new Map();
+  for (let i = 0; i < box.getAttribute("position").count; ++i) {
+    const key = at("position", i).join(), moves = ["seam_normal", "seam_uv", "seam_uv_more"].map((name) => at(name, i).join()).join(";");
+    assert.equal(seen.get(key) ?? moves, moves);
+    seen.set(key, moves);
+    assert.ok(Math.abs(Math.hypot(...at("seam_normal", i)) - 1) < 1e-6);
+  }
+  assert.equal(seen.size, 8);
+  const sheet = new u.THREE.BufferGeometry();
+  sheet.setAttribute("position", new u.THREE.BufferAttribute(new Float32Array(6), 3));
+  sheet.setAttribute("normal", new u.THREE.BufferAttribute(new Float32Array([0, 0, 1, 0, 0, -1]), 3));
+  sheet.setAttribute("uv", new u.THREE.BufferAttribute(new Float32Array(4), 2));
+  u.add_seams(sheet);
+  assert.deepEqual([...sheet.getAttribute("seam_normal").array], [0, 0, 0, 0, 0, 0]);
+});
+
+test("a large picture of surroundings becomes means of squares", () => {
+  const { width, height, rgb } = u.reduced({ width: 2048, height: 2, channels: 4, is_from_top: false, data: Float32Array.from({ length: 2048 * 2 * 4 }, (_, i) => (i % 4 === 0 ? Math.floor(i / 4 / 2048) : 1)) });
+  assert.deepEqual([width, height], [1024, 1]);
+  assert.deepEqual([...rgb.slice(0, 3)], [0.5, 1, 1]);
 });

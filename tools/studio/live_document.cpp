@@ -172,6 +172,11 @@ void LiveEngine::follow(LiveEngine& before, const Next& next) {
     Client& here = *clients_.at(id);
     here.wants_surface = client->wants_surface;
     here.wants_relief = client->wants_relief;
+    if (client->wants_material) {
+      here.wants_material = true;
+      here.material.add_all();
+      show_film(true);
+    }
     here.num_gammatons = client->num_gammatons;
     here.num_sent = here.num_acknowledged = client->num_sent;
   }

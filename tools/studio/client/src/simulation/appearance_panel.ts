@@ -35,7 +35,7 @@ export class AppearancePanel {
         this.sliders.set(`${material} ${field}`, s);
         return s.element;
       });
-      const details = h("details", { class: "material" }, h("summary", {}, h("i", { class: "swatch", style: color, "aria-hidden": "true" }), material), h("div", { class: "stack" }, all, this.builder.actions("material", material)));
+      const details = h("details", { class: "material" }, h("summary", {}, h("i", { class: "swatch", style: color, "aria-hidden": "true" }), material), h("div", { class: "stack" }, material === scene.look.film && h("p", { class: "hint" }, "In the picture it is a film of water. Strength, gloss and height count in exported files."), all, this.builder.actions("material", material)));
       details.open = i === 0;
       return details;
     }), this.builder.add_button("material"));

@@ -66,6 +66,7 @@ export class LivePicture {
     if (!this.planes || this.planes.width !== scene.width || this.planes.height !== scene.height) {
       this.planes?.dispose();
       this.planes = new Planes(viewer, look, scene.width, scene.height);
+      this.forget_plantlets();
       this.material?.dispose();
       this.material = lit_material(look, viewer.lighting, this.planes.map);
       if (this.model) dress(this.model, this.material);
@@ -96,7 +97,7 @@ export class LivePicture {
   update_plantlets(): void {
     const { scene, planes, model } = this, { shown, viewer } = this.options;
     if (this.is_disposed || !scene || !planes || !model) return;
-    const are_shown = shown.shown.plantlets && scene.look.plants !== null;
+    const are_shown = shown.shown.plantlets && scene.look.plants !== null && shown.shown.overlay === "";  // They would hide the colors of a map.
     if (are_shown && !this.plantlets) void this.load_plantlets(model);
     this.plantlets?.update(are_shown ? planes.material : undefined);
     viewer.invalidate_shadows();
@@ -165,6 +166,12 @@ export class LivePicture {
     this.update_plantlets();
   }
 
+  private forget_plantlets(): void {
+    this.plantlets?.dispose();
+    this.plantlets = undefined;
+    this.is_asking_plants = false;
+  }
+
   private put(group: THREE.Group): void {
     const { viewer, handles } = this.options;
     if (this.is_disposed || !this.material || !this.scene) return;
@@ -180,9 +187,7 @@ export class LivePicture {
     dress(group, this.material);
     const is_first = !this.model;
     if (this.model) viewer.content.remove(this.model);
-    this.plantlets?.dispose();
-    this.plantlets = undefined;
-    this.is_asking_plants = false;
+    this.forget_plantlets();
     this.model = group;
     viewer.content.add(group);
     viewer.content_has_come();

@@ -176,7 +176,7 @@ class Client:
         if header["type"] == "gammatons":
             self.gammatons = struct.unpack(f"<{header['count'] * 3}f", payload)
             return
-        size = {"surface": 256, "relief": 256, "overlay": 64}[header["plane"]]
+        size = {"surface": 256, "relief": 256, "material": 256, "overlay": 64}[header["plane"]]
         count, texel, columns = header["count"], size // 64, (header["width"] + 7) // 8
         assert len(payload) == count * (4 + size), header
         plane = self.planes.setdefault(header["plane"], bytearray(header["width"] * header["height"] * texel))

@@ -291,6 +291,34 @@ class Live(LiveCase):
         client.settle()
         self.assertEqual(client.surface(), before)
 
+    def test_water_is_a_film_while_somebody_watches_what_texels_are_made_of(self):
+        client = self.client("ledge/looked.json")
+        client.step(20)
+        painted = client.surface()
+        client.do("export", path="as_color", what=["textures"])
+        client.do("watch", planes=["surface", "relief", "material"])
+        client.settle()
+        self.assertNotEqual(client.surface(), painted)
+        self.assertEqual(client.scene["look"], {"metal": False, "film": "water", "plants": "moss"})
+        texels = bytes(client.planes["material"])
+        self.assertEqual(len(texels), 4 * 100 * 100)
+        self.assertEqual(max(texels[0::4]), 0)  # no metal
+        self.assertGreater(max(texels[1::4]), 0)  # wet
+        self.assertGreater(max(texels[3::4]), 0)  # below the ledge less light comes
+        client.do("export", path="as_film", what=["textures"])
+        for file in ("color.png", "specular.png", "normal.png"):
+            self.assertEqual((self.folder / "as_color" / file).read_bytes(), (self.folder / "as_film" / file).read_bytes(), file)
+        client.do("watch", planes=["surface", "relief"])
+        client.settle()
+        self.assertEqual(client.surface(), painted)
+
+    def test_plants_have_places_and_meshes_can_be_cut_to_texels(self):
+        rows = self.server.request("/api/plants?place=ledge/scene.json")[2]
+        self.assertEqual(len(rows) % (17 * 4), 0)
+        self.assertGreater(len(rows), 0)
+        whole, fine = (self.server.request(f"/api/mesh?place=ledge/scene.json{more}")[2] for more in ("", "&texels=100"))
+        self.assertGreater(len(fine), 2 * len(whole))
+
     def test_overlays_and_gammatons_come_when_asked_for(self):
         client = self.client()
         client.do("watch", planes=["surface"], overlay="dirt", gammatons=50)

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -227,7 +228,7 @@ class LiveEngine {
   void send_update(Client& client);
   void send_gammatons(Client& client);
   // live_output.cpp
-  class AsExported;
+  void as_exported(const std::function<void()>& work);
   void save(const std::string& name);
   void export_to(const std::string& name, const std::vector<std::string>& what,
                  const std::shared_ptr<WebSocketPeer>& peer);

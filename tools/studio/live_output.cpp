@@ -35,22 +35,23 @@ void make_history(const fs::path& scene, const fs::path& output, simulation::Col
 
 }  // namespace
 
-/// While it lives, the simulation is composed as files have it: water is a color, no film.
-class LiveEngine::AsExported {
- public:
-  explicit AsExported(LiveEngine& engine) : engine_(engine) {
-    engine_.refresh();  // Clients get to see what is composed from now on.
-    if (engine_.material_) engine_.simulation_.set_appearance(engine_.looks_);
+/// Work while the simulation is composed as files have it: water is a color, no film.
+void LiveEngine::as_exported(const std::function<void()>& work) {
+  refresh();  // Clients get to see what is composed from now on.
+  if (!material_) return work();
+  const auto back = [this] {
+    set_looks(std::move(looks_));
+    refresh();  // The composer has what clients have again; it tells only what differs from what it has.
+  };
+  simulation_.set_appearance(looks_);
+  try {
+    work();
+  } catch (...) {
+    back();
+    throw;
   }
-  ~AsExported() {
-    if (engine_.material_) engine_.set_looks(std::move(engine_.looks_));
-  }
-  AsExported(const AsExported&) = delete;
-  AsExported& operator=(const AsExported&) = delete;
-
- private:
-  LiveEngine& engine_;
-};
+  back();
+}
 
 void LiveEngine::save(const std::string& name) {
   const fs::path path = folder_.new_path(name);
@@ -75,8 +76,7 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
   fs::create_directory(folder);
   write_atomically(folder / "scene.json", readable_text(record_.file_for(folder, iteration())));
   if (wants("textures") || wants("glb")) {
-    const AsExported as_exported(*this);
-    simulation::write_composed_files(folder, file_.name, simulation_, "");
+    as_exported([&] { simulation::write_composed_files(folder, file_.name, simulation_, ""); });
     std::error_code ignored;
     if (!wants("glb")) fs::remove(folder / "model.glb", ignored);
     for (const char* file : {"color.png", "specular.png", "normal.png", "height.exr"}) {
@@ -167,12 +167,12 @@ Json LiveEngine::probe(int x, int y) {
 
 /// Colors, amounts and places never met since the start of the scene.
 Json LiveEngine::outcome() {
-  const AsExported as_exported(*this);
   ImageF before(start_color_.width(), start_color_.height(), 3);
   for (std::size_t i = 0; i < before.values().size(); ++i)
     before.values()[i] = linear_from_srgb(static_cast<float>(start_color_.values()[i]) / 255.0f);
   const RunControl control{.on_progress = {}, .stop = {}, .num_threads = options_.num_threads};
-  Json json = simulation::outcome_json(simulation::outcome_of(simulation_, before, control));
+  Json json;
+  as_exported([&] { json = simulation::outcome_json(simulation::outcome_of(simulation_, before, control)); });
   json["type"] = "outcome";
   json["iteration"] = iteration();
   return json;

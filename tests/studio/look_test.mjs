@@ -212,8 +212,9 @@ test("a picture is saved in its size, and the command beside it draws the same",
   const kWidth = 320, kHeight = 200;
   await open_at_rest("metal");
   await page.locator("summary", { hasText: /^Picture$/ }).click();
+  const panel = page.locator("details", { has: page.locator("summary", { hasText: /^Picture$/ }) });
   for (const [label, value] of [["Width", kWidth], ["Height", kHeight]]) {
-    await page.getByLabel(label, { exact: true }).fill(String(value));
+    await panel.getByLabel(label, { exact: true }).fill(String(value));
     await page.keyboard.press("Tab");
   }
   const [file] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save the picture" }).click()]);

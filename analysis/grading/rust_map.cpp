@@ -97,8 +97,7 @@ double distance(const std::array<double, 3>& a, const std::array<double, 3>& b) 
   return std::sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
 }
 
-/// Pixels that have the color of rust. @param before  Pixels that had it then, and have hardly changed, do not count;
-/// may be empty.
+/// Pixels that have the color of rust. @param before  Pixels that hardly differ from it do not count; may be empty.
 ImageU8 colored(const ImageF& color, const ImageU8& mask, const RustRule& rule, const ImageF& before = {}) {
   ImageU8 out(color.width(), color.height());
   for (std::int64_t i = 0; i < mask.num_pixels(); ++i) {
@@ -120,11 +119,13 @@ std::uint8_t opacity_code(double opacity) {
 
 namespace {
 
-/// Substitute of the unexposed surface: the frame, and where it has the color of rust, or is not there, what is
-/// common around it.
+/// Substitute of the unexposed surface: the frame, and where it has rusted already, or is not there, what is common
+/// around it. Paint that has the color of rust all over is no rust.
 ImageF unexposed_surface(const GradedFrames& frames, const RustRule& rule) {
   const ImageF given = frames.color(frames.unexposed.value_or(0));
-  const ImageU8 rust = colored(given, frames.mask, rule);
+  const ImageF usual =
+      frames.unexposed ? common_color(given, frames.mask, ImageU8(given.width(), given.height())) : ImageF();
+  const ImageU8 rust = colored(given, frames.mask, rule, usual);
   const ImageF common = common_color(given, frames.mask, rust);
   ImageF out = given;
   for (int y = 0; y < given.height(); ++y) {

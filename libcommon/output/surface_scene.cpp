@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "libcommon/geometry/mesh_append.h"
 #include "libcommon/geometry/mesh_refine.h"
 #include "libcommon/output/hit_corners.h"
 #include "libcommon/output/relief.h"
@@ -28,6 +29,7 @@ void check_channels(const ImageF& map, int channels, const char* what) {
   if (!map.empty() && map.channels() != channels) throw InvalidInput(std::string("render: ") + what);
 }
 
+/// Of a surface, or of its pieces.
 void check_maps(const SurfaceMaps& maps) {
   if (maps.color.empty()) throw InvalidInput("render: the texture is empty");
   check_channels(maps.normals, 3, "normals have three numbers a texel");
@@ -36,6 +38,14 @@ void check_maps(const SurfaceMaps& maps) {
   check_channels(maps.height, 1, "a height is one number a texel");
   check_channels(maps.wetness, 1, "a wetness is one number a texel");
   check_channels(maps.plants, 1, "an amount of plants is one number a texel");
+}
+
+void check_pieces(const SurfacePieces& pieces) {
+  for (const SurfaceMaps& maps : pieces.maps) check_maps(maps);
+  const auto is_known = [&](std::uint8_t material) { return material < pieces.maps.size(); };
+  if (!pieces.mesh.has_uvs() || pieces.materials.size() != pieces.mesh.triangles.size() ||
+      !std::all_of(pieces.materials.begin(), pieces.materials.end(), is_known))
+    throw InvalidInput("render: pieces have UVs, and maps for every triangle");
 }
 
 Vec3 color_at(const ImageF& map, const Vec2& uv) {
@@ -88,9 +98,28 @@ SurfaceScene::SurfaceScene(const Mesh& mesh, std::shared_ptr<const SurfaceShape>
     const ReliefNormals normals = maps_.normals.empty() ? ReliefNormals::Turned : ReliefNormals::Kept;
     mesh_ = displaced(std::move(mesh_), height, surface.relief, normals);
   }
+  if (maps_.pieces && !maps_.pieces->mesh.triangles.empty()) add_pieces();
   if (!maps_.normals.empty()) tangents_ = corner_tangents(mesh_);
   plants_ = add_plants(mesh_, plants, open_);
   scene_.emplace(mesh_);
+}
+
+void SurfaceScene::add_pieces() {
+  check_pieces(*maps_.pieces);
+  const Mesh pieces = with_normals(maps_.pieces->mesh);
+  const std::size_t first_position = mesh_.positions.size();
+  first_piece_ = mesh_.triangles.size();
+  append_mesh(mesh_, pieces);
+  end_of_pieces_ = mesh_.triangles.size();
+  const RayScene all(mesh_);
+  const std::vector<float> open = occlusion_at_vertices(pieces, all, diagonal(), options_, RunControl());
+  open_.resize(first_position);
+  open_.insert(open_.end(), open.begin(), open.end());
+}
+
+const SurfaceMaps& SurfaceScene::maps_of(std::size_t triangle) const {
+  if (triangle < first_piece_ || triangle >= end_of_pieces_) return maps_;
+  return maps_.pieces->maps[maps_.pieces->materials[triangle - first_piece_]];
 }
 
 double SurfaceScene::ray_offset() const { return kRayOffset * diagonal(); }
@@ -101,13 +130,13 @@ std::optional<SeenPoint> SurfaceScene::first_hit(const Vec3& origin, const Vec3&
   return point(*hit, direction);
 }
 
-void SurfaceScene::read_material(SeenPoint& point, const Vec2& uv) const {
-  point.color = color_at(maps_.color, uv).cwiseMax(0.0);
-  point.specular = maps_.specular.empty() ? Vec3(Vec3::Constant(options_.specular))
-                                          : Vec3(color_at(maps_.specular, uv).cwiseMax(0.0).cwiseMin(1.0));
-  point.roughness = std::clamp(value_at(maps_.roughness, uv, options_.roughness), 0.05, 1.0);
-  point.metalness = std::clamp(value_at(maps_.metalness, uv, 0.0), 0.0, 1.0);
-  point.wetness = std::clamp(value_at(maps_.wetness, uv, 0.0), 0.0, 1.0);
+void SurfaceScene::read_material(SeenPoint& point, const SurfaceMaps& maps, const Vec2& uv) const {
+  point.color = color_at(maps.color, uv).cwiseMax(0.0);
+  point.specular = maps.specular.empty() ? Vec3(Vec3::Constant(options_.specular))
+                                         : Vec3(color_at(maps.specular, uv).cwiseMax(0.0).cwiseMin(1.0));
+  point.roughness = std::clamp(value_at(maps.roughness, uv, options_.roughness), 0.05, 1.0);
+  point.metalness = std::clamp(value_at(maps.metalness, uv, 0.0), 0.0, 1.0);
+  point.wetness = std::clamp(value_at(maps.wetness, uv, 0.0), 0.0, 1.0);
 }
 
 void SurfaceScene::read_leaf(SeenPoint& point, std::size_t triangle, const RayHit& hit) const {
@@ -136,8 +165,9 @@ SeenPoint SurfaceScene::point(const RayHit& hit, const Vec3& direction) const {
   point.smooth = facing(smooth);
   const bool is_leaf = plants_.is_leaf(t);
   point.normal = point.smooth;
-  if (!maps_.normals.empty() && !is_leaf) {
-    const Vec3 n = color_at(maps_.normals, at);
+  const SurfaceMaps& maps = maps_of(t);
+  if (!maps.normals.empty() && !is_leaf && !tangents_.tangent.empty()) {
+    const Vec3 n = color_at(maps.normals, at);
     point.normal =
         facing(mapped_normal(tangents_, hit, smooth, Vec3(surface_.relief * n.x(), surface_.relief * n.y(), n.z())));
   }
@@ -146,7 +176,7 @@ SeenPoint SurfaceScene::point(const RayHit& hit, const Vec3& direction) const {
   if (is_leaf) {
     read_leaf(point, t, hit);
   } else {
-    read_material(point, at);
+    read_material(point, maps, at);
   }
   return point;
 }

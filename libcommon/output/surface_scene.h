@@ -76,17 +76,22 @@ class SurfaceScene {
   }
 
  private:
+  /// Appends the pieces to the mesh, and finds their ambient visibility.
+  void add_pieces();
   [[nodiscard]] SeenPoint point(const RayHit& hit, const Vec3& direction) const;
-  void read_material(SeenPoint& point, const Vec2& uv) const;
+  /// Of what a triangle shows.
+  [[nodiscard]] const SurfaceMaps& maps_of(std::size_t triangle) const;
+  void read_material(SeenPoint& point, const SurfaceMaps& maps, const Vec2& uv) const;
   void read_leaf(SeenPoint& point, std::size_t triangle, const RayHit& hit) const;
 
   SurfaceMaps maps_;
   RenderOptions options_;
   SurfaceOptions surface_;
   std::shared_ptr<const SurfaceShape> shape_;
-  Mesh mesh_;                ///< Displaced.
-  std::vector<float> open_;  ///< Ambient visibility of its positions.
-  CornerTangents tangents_;  ///< Where a map tells normals.
+  Mesh mesh_;                                        ///< Displaced.
+  std::vector<float> open_;                          ///< Ambient visibility of its positions.
+  CornerTangents tangents_;                          ///< Where a map tells normals.
+  std::size_t first_piece_ = 0, end_of_pieces_ = 0;  ///< Triangles of maps_.pieces.
   PlantField plants_;
   std::optional<RayScene> scene_;
 };

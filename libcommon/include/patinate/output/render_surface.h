@@ -3,11 +3,15 @@
 /// lamp of render() or a picture of the surroundings. On the CPU, without a display.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "patinate/output/render.h"
 
 namespace patinate {
+
+struct SurfacePieces;
 
 /// The material of a surface, texel by texel. Maps may have different sizes; they are sampled as the texture of
 /// RenderView::shade() is, so texels beside the charts should be filled. A map that is empty says nothing.
@@ -22,6 +26,14 @@ struct SurfaceMaps {
   ImageF wetness = {};    ///< 0 = dry, 1 = under a film of water; 1 channel.
   ImageF plants = {};     ///< Amount of what grows on it, >= 0: small plants from 0.18 on, all that there are from 0.75
                           ///< on; 1 channel.
+  std::shared_ptr<const SurfacePieces> pieces = {};  ///< What stands off the surface; null: nothing.
+};
+
+/// Thin pieces that stand off a surface, such as lifted flakes of paint. No height moves them.
+struct SurfacePieces {
+  Mesh mesh;                            ///< In the surface's unit, with UVs and normals.
+  std::vector<std::uint8_t> materials;  ///< By triangle, into maps.
+  std::vector<SurfaceMaps> maps;        ///< Heights, plants and pieces of their own count as none.
 };
 
 /// Settings of SurfaceView beside those of render().
@@ -50,8 +62,9 @@ class SurfaceView {
   /// @param mesh         With UVs; any length unit. Equal positions move together.
   /// @param environment  Radiance all around, linear, 3 channels: the width is 360 degrees, the first row is up.
   ///                     Empty: the lamp and the even light of `options`.
-  /// @throws InvalidInput if the mesh has no UVs or no extent, a map has other channels, the color is missing, or an
-  ///                      option is out of range.
+  /// @throws InvalidInput if the mesh or its pieces have no UVs, the mesh has no extent, a map has other channels, a
+  /// color
+  ///                      is missing, or an option is out of range.
   SurfaceView(const Mesh& mesh, SurfaceMaps maps, const RenderOptions& options, const SurfaceOptions& surface = {},
               ImageF environment = {}, const RunControl& control = {});
   ~SurfaceView();

@@ -125,8 +125,11 @@ void check_glb(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbApp
     throw InvalidInput("glb: every triangle needs a tile");
   }
   std::set<std::string> names;
+  if (!tiles.only_in.empty() && tiles.only_in.size() != tiles.names.size())
+    throw InvalidInput("glb: it is not known of every tile where it is seen");
   const auto is_empty = [](const GlbTexture& t) { return t.width <= 0 || t.height <= 0 || t.channels <= 0; };
-  for (const GlbAppearance& variant : variants) {
+  for (std::size_t number = 0; number < variants.size(); ++number) {
+    const GlbAppearance& variant = variants[number];
     if (variant.base_colors.size() != tiles.names.size())
       throw InvalidInput("glb: `" + variant.name + "` needs one texture per tile");
     if (!(variant.reflectance >= 0.0 && variant.reflectance <= 0.99))
@@ -135,15 +138,18 @@ void check_glb(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbApp
          {&variant.normals, &variant.speculars, &variant.gloss_and_metal, &variant.reflectance_colors}) {
       if (!maps->empty() && maps->size() != tiles.names.size())
         throw InvalidInput("glb: `" + variant.name + "` needs a map per tile, or none");
-      for (const GlbTexture& map : *maps) {
+      for (std::size_t tile = 0; tile < maps->size(); ++tile) {
+        if (!tiles.is_seen(tile, number)) continue;
+        const GlbTexture& map = (*maps)[tile];
         const int channels = maps == &variant.speculars ? map.channels : maps == &variant.gloss_and_metal ? 2 : 3;
         if (is_empty(map) || map.channels != channels)
           throw InvalidInput("glb: a map of `" + variant.name + "` is empty or has not " + std::to_string(channels) +
                              " channels");
       }
     }
-    for (const GlbTexture& texture : variant.base_colors) {
-      if (is_empty(texture)) throw InvalidInput("glb: the texture of `" + variant.name + "` is empty");
+    for (std::size_t tile = 0; tile < tiles.names.size(); ++tile) {
+      if (tiles.is_seen(tile, number) && is_empty(variant.base_colors[tile]))
+        throw InvalidInput("glb: the texture of `" + variant.name + "` is empty");
     }
     if (!names.insert(variant.name).second) throw InvalidInput("glb: the variant `" + variant.name + "` occurs twice");
   }
@@ -171,6 +177,19 @@ void use_extension(Json& gltf, const std::string& name) {
   if (std::find(used.begin(), used.end(), name) == used.end()) used.push_back(name);
 }
 
+/// A tile that is seen in one variant alone has a name of its own.
+std::string material_name(const GlbTiles& tiles, std::size_t tile, const std::string& variant) {
+  if (!tiles.only_in.empty() && tiles.only_in[tile] >= 0) return tiles.names[tile];
+  return tiles.names.size() == 1 ? variant : variant + " " + tiles.names[tile];
+}
+
+/// Of what a variant does not show: nothing of it passes the mask.
+Json unseen_material() {
+  return {{"name", "unseen"},
+          {"alphaMode", "MASK"},
+          {"pbrMetallicRoughness", {{"baseColorFactor", {0, 0, 0, 0}}, {"metallicFactor", 0}}}};
+}
+
 // Images, textures, materials (of the first variant: objects, and of each its tiles; of the second, ...) and the list
 // of variants.
 void add_materials(Json& gltf, GlbBinary& binary, const GlbTiles& tiles, const std::vector<GlbAppearance>& variants,
@@ -188,10 +207,15 @@ void add_materials(Json& gltf, GlbBinary& binary, const GlbTiles& tiles, const s
     gltf["textures"].push_back({{"sampler", 0}, {"source", index}});
     return index;
   };
-  for (const GlbAppearance& variant : variants) {
+  for (std::size_t number = 0; number < variants.size(); ++number) {
+    const GlbAppearance& variant = variants[number];
     std::vector<Json> of_tiles;
     for (std::size_t tile = 0; tile < tiles.names.size(); ++tile) {
-      const std::string name = tiles.names.size() == 1 ? variant.name : variant.name + " " + tiles.names[tile];
+      if (!tiles.is_seen(tile, number)) {
+        of_tiles.push_back(unseen_material());
+        continue;
+      }
+      const std::string name = material_name(tiles, tile, variant.name);
       const std::size_t index = add_texture(name, variant.base_colors[tile], true);
       Json material = {
           {"name", name},

@@ -39,6 +39,10 @@ std::vector<std::string> write_codes_of(const TexturePlace& place, const std::st
   std::vector<std::string> names;
   for (std::size_t tile = 0; tile < textures.size(); ++tile) {
     const GlbTexture& texture = textures[tile];
+    if (texture.width == 0) {
+      names.emplace_back();
+      continue;
+    }
     const std::string name = file_name(kind, place.time, tile, textures.size(), ".png");
     ImageRowWriter out(
         place.folder / name, texture.width, texture.height,
@@ -79,11 +83,28 @@ void write_textures(const fs::path& folder, const std::string& prefix, std::size
   if (look.heights.empty()) return;
   std::vector<std::string> names;
   for (std::size_t tile = 0; tile < look.heights.size(); ++tile) {
+    if (!look.heights[tile]) {
+      names.emplace_back();
+      continue;
+    }
     names.push_back(file_name("height", time, tile, look.heights.size(), ".exr"));
     write_exr(folder / names.back(), look.heights[tile](), {"Y"}, ExrDepth::Float, key);
     names.back().insert(0, prefix);
   }
   files.heights.push_back(std::move(names));
+}
+
+void fill_gaps(TextureFiles& files) {
+  for (TextureFiles::Series* series :
+       {&files.base_colors, &files.normals, &files.roughness, &files.metalness, &files.heights, &files.reflectance}) {
+    for (std::vector<std::string>& names : *series) {
+      for (std::size_t tile = 0; tile < names.size(); ++tile) {
+        const auto there = std::find_if(series->begin(), series->end(),
+                                        [&](const auto& other) { return tile < other.size() && !other[tile].empty(); });
+        if (names[tile].empty() && there != series->end()) names[tile] = (*there)[tile];
+      }
+    }
+  }
 }
 
 std::string tile_material(const std::string& tile) { return "material" + (tile.empty() ? "" : "_" + tile); }

@@ -28,9 +28,13 @@ struct TextureFiles {
 
 /// Writes the textures of one time into `folder` and names them. @param prefix  Of the names: "bust.textures/".
 /// @param time  Its number, part of the names. @param key  Content key that each file carries; "" = none.
+/// A texture without pixels, or a height that nothing makes, has the name "": fill_gaps().
 /// @throws CannotComplete
 void write_textures(const std::filesystem::path& folder, const std::string& prefix, std::size_t time,
                     const GlbAppearance& look, const std::string& key, TextureFiles& files);
+
+/// Names for textures that were not written, since their tile is seen at another time alone: that time's.
+void fill_gaps(TextureFiles& files);
 
 /// @throws CannotComplete where a folder holds anything but textures of ours.
 void require_own_textures(const std::filesystem::path& folder);

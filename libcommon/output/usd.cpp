@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <set>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -182,6 +183,7 @@ void write_usd(const fs::path& path, const Mesh& mesh, const GlbTiles& tiles,
     write_textures(work.path(), textures + "/", i, look, is_package ? "" : options.key, files);
     control.report(0.9 * static_cast<double>(i + 1) / static_cast<double>(times.size()));
   }
+  fill_gaps(files);
   const std::string text = usd_text(mesh, tiles, files, times, options);
   if (is_package) {
     const fs::path stage = work.path() / "stage.usda";
@@ -189,9 +191,12 @@ void write_usd(const fs::path& path, const Mesh& mesh, const GlbTiles& tiles,
     write_atomically(path, [&](const fs::path& temporary) {
       UsdzArchive archive(temporary);
       archive.add(stem + ".usda", stage);  // The first file is the one that is opened.
+      std::set<std::string> added;
       for (const TextureFiles::Series* series : files.all()) {
         for (const std::vector<std::string>& names : *series) {
-          for (const std::string& name : names) archive.add(name, work.path() / fs::path(name).filename());
+          for (const std::string& name : names) {
+            if (added.insert(name).second) archive.add(name, work.path() / fs::path(name).filename());
+          }
         }
       }
       archive.finish();

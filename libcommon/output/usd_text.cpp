@@ -55,6 +55,15 @@ std::string list(std::size_t count, const Entry& entry) {
   return out + "]";
 }
 
+/// { time: value, ... }, on one line, and without a comma at the end: readers that take lines apart take it for a part
+/// of the value.
+template <class Value>
+std::string samples_text(const std::vector<double>& times, const Value& value) {
+  std::string out = "{ ";
+  for (std::size_t i = 0; i < times.size(); ++i) out += (i == 0 ? "" : ", ") + number_text(times[i]) + ": " + value(i);
+  return out + " }";
+}
+
 /// Triangles of one object.
 struct Part {
   std::string name;
@@ -125,9 +134,19 @@ std::string indices(const std::vector<int>& values) {
   return list(values.size(), [&](std::size_t i) { return std::to_string(values[i]); });
 }
 
+/// The only time at which a part is seen; -1 = it always is.
+int only_time_of(const GlbTiles& tiles, const Part& part) {
+  if (tiles.only_in.empty()) return -1;
+  const auto time = [&](std::size_t triangle) { return tiles.only_in[tiles.triangle_tile[triangle]]; };
+  const int first = time(part.triangles.front());
+  const bool is_same = std::all_of(part.triangles.begin(), part.triangles.end(),
+                                   [&](std::size_t triangle) { return time(triangle) == first; });
+  return is_same ? first : -1;
+}
+
 /// @param origin  Of the points.
 std::string mesh_text(const Mesh& mesh, const GlbTiles& tiles, const Part& part, const std::string& name,
-                      const std::vector<std::string>& materials, const Vec3& origin) {
+                      const std::vector<std::string>& materials, const Vec3& origin, const std::vector<double>& times) {
   const Compact points = compact(mesh.triangles, part, mesh.positions.size());
   const Compact uvs = compact(mesh.uv_triangles, part, mesh.uvs.size());
   const auto position = [&](std::size_t i) -> Vec3 { return mesh.positions[points.entries[i]] - origin; };
@@ -158,6 +177,11 @@ std::string mesh_text(const Mesh& mesh, const GlbTiles& tiles, const Part& part,
        " (\n            interpolation = \"faceVarying\"\n        )");
   line("int[] primvars:st:indices = " + indices(uvs.corners));
   line("uniform token subdivisionScheme = \"none\"");
+  if (const int only = only_time_of(tiles, part); only >= 0 && times.size() > 1) {
+    line("token visibility.timeSamples = " + samples_text(times, [&](std::size_t i) {
+           return static_cast<int>(i) == only ? std::string("\"inherited\"") : std::string("\"invisible\"");
+         }));
+  }
   if (materials.size() == 1) line("rel material:binding = " + materials.front());
   const std::vector<std::string> subsets = subset_names(tiles);
   for (std::size_t tile = 0; materials.size() > 1 && tile < materials.size(); ++tile) {
@@ -184,11 +208,8 @@ std::string texture_text(const std::string& name, const TextureFiles::Series& fi
   line("uniform token info:id = \"UsdUVTexture\"");
   line("asset inputs:file = " + asset(files.front()[tile]));
   if (times.size() > 1) {
-    // On one line, and without a comma at the end: readers that take lines apart take it for a part of the value.
-    std::string samples;
-    for (std::size_t i = 0; i < times.size(); ++i)
-      samples += (i == 0 ? "" : ", ") + number_text(times[i]) + ": " + asset(files[i][tile]);
-    line("asset inputs:file.timeSamples = { " + samples + " }");
+    line("asset inputs:file.timeSamples = " +
+         samples_text(times, [&](std::size_t i) { return asset(files[i][tile]); }));
   }
   line("token inputs:sourceColorSpace = \"" + color_space + "\"");
   line("float2 inputs:st.connect = <" + material + "/st.outputs:result>");
@@ -263,7 +284,7 @@ std::string usd_text(const Mesh& mesh, const GlbTiles& tiles, const TextureFiles
     bindings.push_back("</" + root + "/Materials/" + names.back() + ">");
   }
   for (const auto& [part, name] : named_parts(mesh, options))
-    out += mesh_text(mesh, tiles, part, name, bindings, origin) + "\n";
+    out += mesh_text(mesh, tiles, part, name, bindings, origin, times) + "\n";
   out += "    def Scope \"Materials\"\n    {\n";
   for (std::size_t tile = 0; tile < names.size(); ++tile) {
     out += material_text(names[tile], "/" + root + "/Materials/" + names[tile], files, tile, times, options);

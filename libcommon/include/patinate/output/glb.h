@@ -63,6 +63,12 @@ struct GlbVariant {
 struct GlbTiles {
   std::vector<std::string> names = {""};  ///< One a tile, part of the material's name; UTF-8.
   std::vector<int> triangle_tile = {};    ///< As long as the mesh's triangles; empty when there is one tile.
+  /// By tile: the only appearance in which its triangles are seen, and has textures for it; -1 = all. Empty: -1 of all.
+  std::vector<int> only_in = {};
+
+  [[nodiscard]] bool is_seen(std::size_t tile, std::size_t appearance) const {
+    return only_in.empty() || only_in[tile] < 0 || only_in[tile] == static_cast<int>(appearance);
+  }
 };
 
 /// Assignment of triangles to objects: each gets its own glTF node, mesh and materials, so that programs can hide, move

@@ -23,9 +23,10 @@ struct UsdOptions {
   std::vector<std::string> credits = {};  ///< Whom the textures owe; kept in customLayerData.
 };
 
-/// A stage with a mesh for each object and a UsdPreviewSurface for each tile, whose textures have a time sample at
-/// every time. `.usdz`: one file. `.usda`: text, and its textures as PNG in `STEM.textures` beside it, which is
-/// replaced first. Axes are kept, +Y up; v is up as in the mesh. Equal input gives equal bytes; no dates.
+/// A stage with a mesh for each object, which is visible at one time alone where all of its tiles are, and a
+/// UsdPreviewSurface for each tile, whose textures have a time sample at every time. `.usdz`: one file. `.usda`: text,
+/// and its textures as PNG in `STEM.textures` beside it, which is replaced first. Axes are kept, +Y up; v is up as in
+/// the mesh. Equal input gives equal bytes; no dates.
 /// @param appearance  One a time: base_colors (sRGB), normals and speculars (stored as they are: roughness = 1 -
 /// value).
 /// @param times  Strictly increasing, as many.

@@ -9,7 +9,9 @@
 #include <utility>
 
 #include "app/output/aging_mesh.h"
+#include "app/output/flake_model.h"
 #include "app/output/simulated_maps.h"
+#include "app/output/texture_codes.h"
 #include "app/request/path_kind.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
@@ -23,27 +25,6 @@
 namespace patinate::app {
 
 namespace {
-
-/// [0, 1] as a code.
-std::uint8_t unit_code(float value) {
-  return static_cast<std::uint8_t>(std::clamp(255.0f * value + 0.5f, 0.0f, 255.0f));
-}
-/// 1 - roughness as a code.
-std::uint8_t gloss_code(float roughness) {
-  return static_cast<std::uint8_t>(std::clamp(255.5f - 255.0f * roughness, 0.0f, 255.0f));
-}
-
-/// Codes of one channel.
-ImageU8 unit_codes(const ImageF& values) {
-  ImageU8 codes(values.width(), values.height());
-  std::transform(values.values().begin(), values.values().end(), codes.data(), unit_code);
-  return codes;
-}
-ImageU8 gloss_codes(const ImageF& roughness) {
-  ImageU8 gloss(roughness.width(), roughness.height());
-  std::transform(roughness.values().begin(), roughness.values().end(), gloss.data(), gloss_code);
-  return gloss;
-}
 
 /// Reflectance of dielectrics at a time, where it is not glTF's default of 0.04.
 struct Reflectance {
@@ -63,26 +44,6 @@ Reflectance reflectance_at(const History& history, double time) {
   for (float& v : f0.values()) v = static_cast<float>(static_cast<double>(v) / high);
   out.colors = std::move(f0);
   return out;
-}
-
-/// Both side by side. @param roughness  Empty: nobody knows it.
-ImageF roughness_and_metalness(const ImageF& roughness, const ImageF& metalness) {
-  ImageF both(metalness.width(), metalness.height(), 2, kUnknownRoughness);
-  for (std::int64_t i = 0; i < both.num_pixels(); ++i) {
-    if (!roughness.empty()) both.data()[2 * i] = roughness.data()[i];
-    both.data()[2 * i + 1] = metalness.data()[i];
-  }
-  return both;
-}
-
-/// Codes of roughness_and_metalness(): 1 - roughness and metalness.
-ImageU8 gloss_and_metal_codes(const ImageF& both) {
-  ImageU8 codes(both.width(), both.height(), 2);
-  for (std::size_t i = 0; i < codes.values().size(); i += 2) {
-    codes.data()[i] = gloss_code(both.data()[i]);
-    codes.data()[i + 1] = unit_code(both.data()[i + 1]);
-  }
-  return codes;
 }
 
 using Write = std::function<void(std::span<const std::uint8_t> rows)>;
@@ -238,16 +199,8 @@ AgingGlb glb_of_transfer(const std::filesystem::path& path) {
   return out;
 }
 
-/// A unit normal in codes; flat is (128, 128, 255).
-ImageU8 normal_codes(const ImageF& normals) {
-  ImageU8 codes(normals.width(), normals.height(), 3);
-  for (std::size_t i = 0; i < codes.values().size(); ++i)
-    codes.data()[i] = static_cast<std::uint8_t>(std::clamp(128.0f + 127.5f * normals.data()[i], 0.0f, 255.0f));
-  return codes;
-}
-
 /// A simulation's frames lie over the atlas already: one is in memory at a time.
-AgingGlb glb_of_simulation(const std::filesystem::path& path, const OutputDevices& devices) {
+AgingGlb glb_of_simulation(const std::filesystem::path& path, const OutputDevices& devices, bool has_flakes) {
   const auto mesh = std::make_shared<const AgingMesh>(open_aging_mesh(path, devices));
   const auto history = std::make_shared<const HistoryReader>(manifest_folder(path, "simulation.json") / "history");
   const std::vector<MaterialMap> maps = material_maps(history->facts());
@@ -297,13 +250,23 @@ AgingGlb glb_of_simulation(const std::filesystem::path& path, const OutputDevice
       if (times.front() >= from) add_relief_of(tiled, appearance, times, control);
     };
   }
+  const std::filesystem::path folder = manifest_folder(path, "simulation.json");
+  if (has_flakes && may_have_flakes(folder / "history", mesh->history)) {
+    out.add_flakes = [folder, mesh, devices](ModelParts& parts, const auto& times, const auto& labels, bool are_objects,
+                                             const RunControl& control) {
+      const FlakeGround ground{.mesh = std::shared_ptr<const Mesh>(mesh, &mesh->mesh), .relief = 0.0};
+      const auto surface =
+          std::make_shared<SimulatedSurface>(folder, std::nullopt, devices.compose(), ground, control.part(0.0, 0.3));
+      add_flakes_to(parts, surface, times, labels, are_objects, control.part(0.3, 1.0));
+    };
+  }
   return out;
 }
 
 }  // namespace
 
-AgingGlb open_aging_glb(const std::filesystem::path& path, const OutputDevices& devices) {
-  return kind_of(path) == PathKind::Simulation ? glb_of_simulation(path, devices) : glb_of_transfer(path);
+AgingGlb open_aging_glb(const std::filesystem::path& path, const OutputDevices& devices, bool has_flakes) {
+  return kind_of(path) == PathKind::Simulation ? glb_of_simulation(path, devices, has_flakes) : glb_of_transfer(path);
 }
 
 }  // namespace patinate::app

@@ -16,6 +16,14 @@
 
 namespace patinate::app {
 
+/// What a model's file is made of.
+struct ModelParts {
+  Mesh mesh;
+  GlbTiles tiles;
+  GlbObjects objects;
+  std::vector<GlbAppearance> appearance;  ///< By time.
+};
+
 struct AgingGlb {
   std::string key;          ///< Content key of all that its appearance depends on.
   HistoryManifest history;  ///< Its times.
@@ -31,11 +39,18 @@ struct AgingGlb {
   std::function<void(std::vector<GlbAppearance>& appearance, const std::vector<double>& times,
                      const RunControl& control)>
       add_relief = {};
+  /// Takes lifted flakes off the surface, which gets the textures of what lies below them, and adds them in tiles of
+  /// their own (add_flakes_to()). Empty: there are none.
+  std::function<void(ModelParts& parts, const std::vector<double>& times, const std::vector<std::string>& labels,
+                     bool are_objects, const RunControl& control)>
+      add_flakes = {};
   double own_per_mm = 1.0;              ///< Lengths in the file that the mesh was read from: a transfer's are scaled.
   std::vector<std::string> notes = {};  ///< What is to be known of a model with a size.
 };
 
-/// @param path  A transfer or a simulation. @param devices  That compose. @throws IoError
-[[nodiscard]] AgingGlb open_aging_glb(const std::filesystem::path& path, const OutputDevices& devices = {});
+/// @param path  A transfer or a simulation. @param devices  That compose.
+/// @param has_flakes  Lifted flakes are geometry. @throws IoError
+[[nodiscard]] AgingGlb open_aging_glb(const std::filesystem::path& path, const OutputDevices& devices = {},
+                                      bool has_flakes = true);
 
 }  // namespace patinate::app

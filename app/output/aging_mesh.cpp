@@ -67,7 +67,8 @@ AgingMesh reduced_mesh_of_transfer(const std::shared_ptr<const transfer::Transfe
   return mesh;
 }
 
-AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path, const OutputDevices& devices, double film) {
+AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path, const OutputDevices& devices, double film,
+                                   std::optional<double> relief) {
   const std::filesystem::path folder = manifest_folder(path, "simulation.json");
   const auto history = std::make_shared<const HistoryReader>(folder / "history");
   AgingMesh mesh;
@@ -79,8 +80,12 @@ AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path, const Outp
   mesh.unit_mesh = mesh.mesh;
   mesh.sample = [history](double time, const RunControl&) { return history->sample(time); };
   const auto made = std::make_shared<std::unique_ptr<SimulatedSurface>>();  // For the first picture that is not there.
-  mesh.maps = [folder, film, made, devices](double time, const RunControl& control) {
-    if (!*made) *made = std::make_unique<SimulatedSurface>(folder, film, devices.compose(), control.part(0.0, 0.5));
+  FlakeGround flakes;
+  mesh.may_have_flakes = relief && may_have_flakes(folder / "history", mesh.history);
+  if (mesh.may_have_flakes) flakes = {.mesh = std::make_shared<const Mesh>(mesh.mesh), .relief = *relief};
+  mesh.maps = [folder, film, flakes, made, devices](double time, const RunControl& control) {
+    if (!*made)
+      *made = std::make_unique<SimulatedSurface>(folder, film, devices.compose(), flakes, control.part(0.0, 0.5));
     return (*made)->at(time, control.part(0.5, 1.0));
   };
   const bool has_course = std::all_of(mesh.history.frames.begin(), mesh.history.frames.end(),
@@ -116,8 +121,8 @@ AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged) {
 }
 
 AgingMesh open_aging_mesh(const std::filesystem::path& path, const OutputDevices& devices, double film,
-                          std::int64_t most_texels) {
-  if (kind_of(path) == PathKind::Simulation) return aging_mesh_of_simulation(path, devices, film);
+                          std::optional<double> relief, std::int64_t most_texels) {
+  if (kind_of(path) == PathKind::Simulation) return aging_mesh_of_simulation(path, devices, film, relief);
   if (const auto folder = std::make_shared<const transfer::TransferFolder>(path);
       std::int64_t{folder->sheet().width()} * folder->sheet().height() > most_texels)
     return reduced_mesh_of_transfer(folder, most_texels);

@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,8 +35,9 @@ struct AgingMesh {
   /// Its texture over the sheet at a time: linear RGB, gutters filled.
   std::function<ImageF(double time, const RunControl& control)> sample;
   /// All maps of the surface, color included, over the sheet, from time `maps_from` on; heights are in the mesh's unit.
-  /// Empty if there is only a color.
+  /// Empty if there is only a color. Of a simulation with lifted flakes these are its pieces.
   std::function<SurfaceMaps(double time, const RunControl& control)> maps;
+  bool may_have_flakes = false;                                 ///< Pieces of `maps` may be lifted flakes.
   bool is_reduced = false;                                      ///< `sample` shows means of several texels.
   double maps_from = -std::numeric_limits<double>::infinity();  ///< Of a simulation of an
                                                                 ///< earlier version, its end.
@@ -43,10 +45,12 @@ struct AgingMesh {
 
 /// @param path  A transfer or a simulation. @param devices  Devices that compose a simulation's maps.
 /// @param film  Amount of water at which a place of a simulation is wet through.
+/// @param relief  Factor by which heights below lifted flakes move a simulation's surface; nothing: flakes are heights.
 /// @param most_texels  A transfer with more texels in all tiles has only a color, at a reduced size (ReducedTransfer).
 /// @throws IoError
 [[nodiscard]] AgingMesh open_aging_mesh(const std::filesystem::path& path, const OutputDevices& devices = {},
-                                        double film = kWetFilm, std::int64_t most_texels = Sheet::kMaxTexels);
+                                        double film = kWetFilm, std::optional<double> relief = {},
+                                        std::int64_t most_texels = Sheet::kMaxTexels);
 /// Mesh of a transfer in memory; one that was not read from a folder has no key.
 [[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged);
 

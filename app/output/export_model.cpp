@@ -59,8 +59,7 @@ void stand_up(Mesh& mesh) {
 }
 
 /// An OBJ has no unit: it fits over the file that was aged.
-Mesh in_own_unit(const AgingGlb& model) {
-  Mesh mesh = model.mesh;
+Mesh in_own_unit(Mesh mesh, const AgingGlb& model) {
   scale_mesh(mesh, model.own_per_mm);
   return mesh;
 }
@@ -87,28 +86,43 @@ struct ModelToWrite {
   UpAxis up = UpAxis::Y;
 };
 
+/// What its file is made of, flakes included.
+ModelParts parts_of(const ModelToWrite& what, const RunControl& control) {
+  const AgingGlb& model = what.model;
+  const std::vector<std::string> labels = time_labels(what.times, model.history.time_unit);
+  ModelParts parts{.mesh = model.mesh,
+                   .tiles = model.tiles,
+                   .objects = model.objects,
+                   .appearance = model.appearance(what.times, labels, control.part(0.0, 0.5))};
+  const bool is_glb = what.format == ModelFormat::Glb;
+  if (!is_glb && model.add_relief) model.add_relief(parts.appearance, what.times, control.silent());
+  // In a stage, what is visible at a time is an object.
+  const bool are_objects = what.format == ModelFormat::Usd;
+  if (model.add_flakes) model.add_flakes(parts, what.times, labels, are_objects, control.part(0.5, 1.0));
+  if (what.up == UpAxis::Z) stand_up(parts.mesh);
+  return parts;
+}
+
 void write_model(const ModelToWrite& what, const RunControl& control) {
   const AgingGlb& model = what.model;
-  std::vector<GlbAppearance> appearance =
-      model.appearance(what.times, time_labels(what.times, model.history.time_unit), control.part(0.0, 0.1));
-  const RunControl writing = control.part(0.1, 1.0);
+  ModelParts parts = parts_of(what, control.part(0.0, model.add_flakes ? 0.5 : 0.1));
+  const RunControl writing = control.part(model.add_flakes ? 0.5 : 0.1, 1.0);
   const std::string name = what.output.stem().string();
   if (what.format == ModelFormat::Glb) {
-    const GlbOptions options{.name = name, .key = what.key, .objects = model.objects, .credits = what.credits};
-    return write_glb(what.output, model.mesh, model.tiles, appearance, options, writing);
+    const GlbOptions options{.name = name, .key = what.key, .objects = parts.objects, .credits = what.credits};
+    return write_glb(what.output, parts.mesh, parts.tiles, parts.appearance, options, writing);
   }
-  if (model.add_relief) model.add_relief(appearance, what.times, control);
   if (what.format == ModelFormat::Usd) {
     const UsdOptions options{.name = name,
                              .time_unit = time_unit_text(model.history.time_unit),
                              .key = what.key,
-                             .objects = model.objects,
+                             .objects = parts.objects,
                              .credits = what.credits};
-    return write_usd(what.output, model.mesh, model.tiles, appearance, what.times, options, writing);
+    return write_usd(what.output, parts.mesh, parts.tiles, parts.appearance, what.times, options, writing);
   }
-  const ObjOptions options{.name = name, .key = what.key, .objects = model.objects, .credits = what.credits};
-  write_obj_model(what.output, in_own_unit(model), model.tiles, in_own_unit(std::move(appearance.front()), model),
-                  options, writing);
+  const ObjOptions options{.name = name, .key = what.key, .objects = parts.objects, .credits = what.credits};
+  write_obj_model(what.output, in_own_unit(std::move(parts.mesh), model), parts.tiles,
+                  in_own_unit(std::move(parts.appearance.front()), model), options, writing);
 }
 
 }  // namespace
@@ -122,14 +136,14 @@ std::optional<ModelFormat> model_format(const std::filesystem::path& path) {
 }
 
 OutputWork model_work(const ExportTask& task, ModelFormat format) {
-  const auto what = std::make_shared<ModelToWrite>(ModelToWrite{.format = format,
-                                                                .model = open_aging_glb(task.subject, task.devices),
-                                                                .output = task.output,
-                                                                .times = {},
-                                                                .key = "",
-                                                                .credits = credits_of(task.subject),
-                                                                .up = task.axis.up});
-  if (what->up == UpAxis::Z) stand_up(what->model.mesh);
+  const auto what = std::make_shared<ModelToWrite>(
+      ModelToWrite{.format = format,
+                   .model = open_aging_glb(task.subject, task.devices, task.flakes.flakes),
+                   .output = task.output,
+                   .times = {},
+                   .key = "",
+                   .credits = credits_of(task.subject),
+                   .up = task.axis.up});
   std::vector<std::string> notes;
   if (format != ModelFormat::Obj) notes = what->model.notes;
   what->times = task.times.resolve(what->model.history, format == ModelFormat::Obj ? 1 : kModelTimes, notes);
@@ -139,6 +153,7 @@ OutputWork model_work(const ExportTask& task, ModelFormat format) {
   ContentHash hash;
   hash.add(kStages[static_cast<std::size_t>(format)]).add(what->model.key);
   if (what->up == UpAxis::Z) hash.add("up z");
+  if (what->model.add_flakes) hash.add("flakes 1");
   for (double t : what->times) hash.add(t);
   for (const std::string& credit : what->credits) hash.add(credit);
   what->key = hash.hex();

@@ -7,6 +7,7 @@
 #include "app/device/checked_devices.h"
 #include "app/output/aging_glb.h"
 #include "app/output/output_work.h"
+#include "app/output/simulated_flakes.h"
 #include "app/request/times_choice.h"
 #include "patinate/core/options.h"
 #include "patinate/output/movie.h"
@@ -32,6 +33,7 @@ struct ExportTask {
   SequenceFormat format;
   MovieOptions movie;
   ModelAxis axis;
+  FlakeOptions flakes;    ///< Of models.
   OutputDevices devices;  ///< No output depends on them.
 };
 

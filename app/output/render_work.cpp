@@ -219,10 +219,16 @@ void note_near_light(const RenderOptions& options, const Mesh& mesh, std::vector
                   " in its unit); what it cannot reach stays dark");
 }
 
+/// Factor of heights below flakes; nothing where no flakes stand off the surface.
+std::optional<double> flake_relief(const RenderTask& task) {
+  const bool has_flakes = task.shown.flakes.flakes && task.surface.relief > 0.0;
+  return has_flakes ? std::optional<double>(task.surface.relief) : std::nullopt;
+}
+
 OutputWork aging_mesh_pictures(const SharedTask& task) {
-  const auto mesh =
-      task->mesh ? task->mesh
-                 : std::make_shared<const AgingMesh>(open_aging_mesh(task->subject, task->devices, task->shown.film));
+  const auto mesh = task->mesh ? task->mesh
+                               : std::make_shared<const AgingMesh>(open_aging_mesh(
+                                     task->subject, task->devices, task->shown.film, flake_relief(*task)));
   std::vector<std::string> notes;
   if (mesh->is_reduced)
     notes.push_back(task->subject.string() +
@@ -240,6 +246,7 @@ OutputWork aging_mesh_pictures(const SharedTask& task) {
   hash.add(mesh->key);
   if (is_series(task->output)) hash.add(task->turn.turn_deg).add(static_cast<std::int64_t>(times.size()));
   if (maps || !task->environment.empty()) add_surface(hash, *task);
+  if (maps && mesh->may_have_flakes) hash.add("flakes 1");
   const std::vector<std::string> labels = strip_labels(*task, times, mesh->history.time_unit);
   for (const std::string& label : labels) hash.add(label);
   const auto studio =
@@ -337,6 +344,7 @@ void describe(OptionVisitor& v, TurnOptions& o) {
 void describe(OptionVisitor& v, ShownOptions& o) {
   v.visit_choice({"maps", "Maps to show: all of them, or only color under one coat"}, o.maps, kShownMapsNames);
   v.visit({"film", "Simulations: amount of water at which a place is fully wet", "", above(0)}, o.film);
+  describe(v, o.flakes);
 }
 
 void check_task(const RenderTask& task) {

@@ -11,6 +11,7 @@
 #include "app/output/aging_mesh.h"
 #include "app/output/output_work.h"
 #include "app/output/picture_views.h"
+#include "app/output/simulated_flakes.h"
 #include "app/output/surface_files.h"
 #include "app/request/times_choice.h"
 #include "patinate/core/options.h"
@@ -32,6 +33,7 @@ enum class ShownMaps { All, Color };
 struct ShownOptions {
   ShownMaps maps = ShownMaps::All;
   double film = kWetFilm;
+  FlakeOptions flakes;
 };
 void describe(OptionVisitor& v, ShownOptions& o);
 

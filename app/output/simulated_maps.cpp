@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "app/output/simulated_flakes.h"
 #include "libcommon/core/files.h"
 #include "patinate/atlas/dilate.h"
 #include "patinate/core/error.h"
+#include "patinate/image/image_io.h"
 #include "patinate/simulation/scene_io.h"
 #include "simulation/job/frame_maps.h"
 #include "simulation/job/simulation_job.h"
@@ -33,16 +35,24 @@ ImageF roughness_of(const ImageU8& gloss) {
 
 }  // namespace
 
-SimulatedSurface::SimulatedSurface(const std::filesystem::path& folder, double film,
-                                   std::shared_ptr<const simulation::SimulationDevice> device,
+bool may_have_flakes(const std::filesystem::path& history, const HistoryManifest& frames) {
+  const std::optional<std::filesystem::path>& amounts = frames.frames.back().amounts;
+  if (!amounts) return false;
+  const std::vector<std::string> channels = probe_image(history / *amounts).channels;
+  return std::any_of(channels.begin(), channels.end(),
+                     [](const std::string& name) { return name.starts_with("layer") && name.ends_with(".crack"); });
+}
+
+SimulatedSurface::SimulatedSurface(const std::filesystem::path& folder, std::optional<double> film,
+                                   std::shared_ptr<const simulation::SimulationDevice> device, FlakeGround flakes,
                                    const RunControl& control)
-    : folder_(manifest_folder(folder, "simulation.json")), film_(film) {
+    : folder_(manifest_folder(folder, "simulation.json")), film_(film), flakes_(std::move(flakes)) {
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);
   simulation::SceneFile file = simulation::read_scene(manifest.scene, control.part(0.0, 0.4));
   manifest.apply_to(file);
   if (file.scene.materials != manifest.materials)
     throw IoError(file.file.string(), "has other materials than the simulation " + folder.string());
-  file.scene.appearance = simulation::looks_below_film(file.scene, std::move(file.scene.appearance));
+  if (film) file.scene.appearance = simulation::looks_below_film(file.scene, std::move(file.scene.appearance));
   frames_ = read_history_manifest(folder_ / "history");
   has_course_ = std::all_of(frames_.frames.begin(), frames_.frames.end(),
                             [](const HistoryFrame& frame) { return frame.amounts.has_value(); });
@@ -60,6 +70,18 @@ SurfaceMaps SimulatedSurface::at(double time, const RunControl& control) {
   } else {
     simulation::read_frame_amounts(folder_ / "history", frames_, time, simulation);
   }
+  const auto compose = [this](const RunControl& part) { return composed(part); };
+  if (!flakes_.mesh) return compose(control);
+  const auto map = [this]() -> const TexelMap& {
+    const ImageU8 coverage = simulation_->coverage();
+    if (!map_) map_.emplace(*flakes_.mesh, coverage.width(), coverage.height());
+    return *map_;
+  };
+  return maps_and_flakes(simulation, compose, map, flakes_.relief, control);
+}
+
+SurfaceMaps SimulatedSurface::composed(const RunControl& control) {
+  simulation::Simulation& simulation = *simulation_;
   const simulation::Scene& scene = simulation.scene();
   const simulation::Composer& look = simulation.compose(control);
   const int water = simulation::film_material(scene), plant = simulation::plant_material(scene);
@@ -69,9 +91,9 @@ SurfaceMaps SimulatedSurface::at(double time, const RunControl& control) {
                    .metalness = simulation::metalness_of(simulation),
                    .height = look.height_mm()};
   if (!maps.metalness.empty()) dilate(maps.metalness, simulation.coverage(), -1);
-  if (water >= 0) {
+  if (film_ && water >= 0) {
     maps.wetness = simulation.amounts(water);
-    for (float& w : maps.wetness.values()) w = std::min(1.0f, w / static_cast<float>(film_));
+    for (float& w : maps.wetness.values()) w = std::min(1.0f, w / static_cast<float>(*film_));
     dilate(maps.wetness, simulation.coverage(), -1);
   }
   if (plant >= 0) {

@@ -25,11 +25,13 @@ struct ExportKeywords {
   app::SequenceFormat format = {};
   MovieOptions movie = {};
   app::ModelAxis axis = {};
+  app::FlakeOptions flakes = {};
 };
 void describe(OptionVisitor& v, ExportKeywords& o) {
   describe(v, o.format);
   describe(v, o.movie);
   describe(v, o.axis);
+  describe(v, o.flakes);
 }
 
 }  // namespace
@@ -103,6 +105,7 @@ void bind_export(py::module_& module) {
                          .format = options.format,
                          .movie = options.movie,
                          .axis = options.axis,
+                         .flakes = options.flakes,
                          .devices = {}};
     const DeviceKeyword device(keywords);
     const bool force = keywords.flag("force", false);

@@ -20,6 +20,7 @@ int cmd_export(CommandRun& run) {
   run.line.options(task.format);
   run.line.options(task.movie);
   run.line.options(task.axis);
+  run.line.options(task.flakes);
   run.line.options(device);
   run.line.checked([&] { app::check_output(task); });
   run.line.example("export aged_bust -o bust.glb --times 0,6,12");

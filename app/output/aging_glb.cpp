@@ -46,8 +46,6 @@ Reflectance reflectance_at(const History& history, double time) {
   return out;
 }
 
-using Write = std::function<void(std::span<const std::uint8_t> rows)>;
-
 /// Textures of one transfer, for all of its times.
 struct TransferTextures {
   std::shared_ptr<const transfer::TransferFolder> transfer;
@@ -60,7 +58,7 @@ struct TransferTextures {
     std::vector<GlbTexture> out;
     for (std::size_t tile = 0; tile < transfer->sheet().names.size(); ++tile) {
       out.push_back({transfer->manifest().width, transfer->manifest().height, channels,
-                     [make, tile](const Write& write) { make(tile, write); }});
+                     [make, tile](const WriteRows& write) { make(tile, write); }});
     }
     return out;
   }
@@ -82,29 +80,29 @@ std::vector<GlbAppearance> appearances_of_transfer(const std::shared_ptr<const t
     const double t = times[i];
     GlbAppearance& look = appearance.emplace_back();
     look.name = labels[i];
-    look.base_colors = textures->tiles(3, [textures, t](std::size_t tile, const Write& write) {
+    look.base_colors = textures->tiles(3, [textures, t](std::size_t tile, const WriteRows& write) {
       textures->writer.gather_rows(tile, sample_base_color(textures->transfer->history(), t, Between::Blend),
                                    transfer::color_codes, write, textures->silent);
     });
     if (has(MaterialMap::Normal)) {
-      look.normals = textures->tiles(3, [textures, map_at, t](std::size_t tile, const Write& write) {
+      look.normals = textures->tiles(3, [textures, map_at, t](std::size_t tile, const WriteRows& write) {
         textures->writer.normal_rows(tile, map_at(MaterialMap::Normal, t), write, textures->silent);
       });
     }
     if (has(MaterialMap::Roughness)) {
-      look.speculars = textures->tiles(1, [textures, map_at, t](std::size_t tile, const Write& write) {
+      look.speculars = textures->tiles(1, [textures, map_at, t](std::size_t tile, const WriteRows& write) {
         textures->writer.gather_rows(tile, map_at(MaterialMap::Roughness, t), gloss_codes, write, textures->silent);
       });
     }
     if (has(MaterialMap::Metalness)) {
-      look.metalness = textures->tiles(1, [textures, map_at, t](std::size_t tile, const Write& write) {
+      look.metalness = textures->tiles(1, [textures, map_at, t](std::size_t tile, const WriteRows& write) {
         textures->writer.gather_rows(tile, map_at(MaterialMap::Metalness, t), unit_codes, write, textures->silent);
       });
     }
     if (has(MaterialMap::Metalness)) {
       const bool has_roughness = has(MaterialMap::Roughness);
       look.gloss_and_metal =
-          textures->tiles(2, [textures, map_at, has_roughness, t](std::size_t tile, const Write& write) {
+          textures->tiles(2, [textures, map_at, has_roughness, t](std::size_t tile, const WriteRows& write) {
             const ImageF roughness = has_roughness ? map_at(MaterialMap::Roughness, t) : ImageF();
             textures->writer.gather_rows(tile, roughness_and_metalness(roughness, map_at(MaterialMap::Metalness, t)),
                                          gloss_and_metal_codes, write, textures->silent);
@@ -113,7 +111,7 @@ std::vector<GlbAppearance> appearances_of_transfer(const std::shared_ptr<const t
     const Reflectance reflectance = reflectance_at(transfer->history(), t);
     look.reflectance = reflectance.most;
     if (!reflectance.colors.empty()) {
-      look.reflectance_colors = textures->tiles(3, [textures, t](std::size_t tile, const Write& write) {
+      look.reflectance_colors = textures->tiles(3, [textures, t](std::size_t tile, const WriteRows& write) {
         textures->writer.gather_rows(tile, reflectance_at(textures->transfer->history(), t).colors,
                                      transfer::color_codes, write, textures->silent);
       });
@@ -161,7 +159,7 @@ void add_relief_of(const std::shared_ptr<TiledMaps>& maps, std::vector<GlbAppear
       }
       if (!has_metalness) continue;
       appearance[i].metalness.push_back(
-          {sheet.tile_width, sheet.tile_height, 1, [maps, silent, t = times[i], tile](const Write& write) {
+          {sheet.tile_width, sheet.tile_height, 1, [maps, silent, t = times[i], tile](const WriteRows& write) {
              write(unit_codes(cut_tile(maps->at(t, silent).metalness, maps->sheet(), tile)).values());
            }});
     }
@@ -218,7 +216,7 @@ AgingGlb glb_of_simulation(const std::filesystem::path& path, const OutputDevice
       const double t = times[i];
       const auto texture = [&](int channels, std::function<ImageU8()> make) {
         return GlbTexture{mesh->history.width, mesh->history.height, channels,
-                          [make](const Write& write) { write(make().values()); }};
+                          [make](const WriteRows& write) { write(make().values()); }};
       };
       const auto map_at = [history, t](MaterialMap map) {
         return sample_material_map(*history, map, t, Between::Blend);

@@ -12,8 +12,6 @@ namespace patinate::app {
 
 namespace {
 
-using Write = std::function<void(std::span<const std::uint8_t> rows)>;
-
 /// Maps with flakes at a time; the last ones are kept, so that tiles and kinds share them. Not thread-safe.
 class FlakeMaps {
  public:
@@ -42,8 +40,13 @@ const SurfaceMaps& maps_of(const SurfaceMaps& all, FlakePart part) {
 /// The textures of one part at one time, of the kinds that an appearance has.
 class PartTextures {
  public:
-  PartTextures(std::shared_ptr<FlakeMaps> maps, double time, FlakePart part, int width, int height)
-      : maps_(std::move(maps)), time_(time), part_(part), width_(width), height_(height) {}
+  /// @param silent  Of what is made while files are written.
+  PartTextures(std::shared_ptr<FlakeMaps> maps, double time, FlakePart part, const RunControl& silent)
+      : maps_(std::move(maps)), time_(time), part_(part), silent_(silent) {
+    const SurfaceMaps& at = maps_->at(time, silent);
+    width_ = at.color.width();
+    height_ = at.color.height();
+  }
 
   /// Puts them into the place of a tile.
   void put(GlbAppearance& look, std::size_t tile) const {
@@ -59,17 +62,17 @@ class PartTextures {
       });
     }
     if (look.heights.empty()) return;
-    look.heights[tile] = [maps = maps_, time = time_, part = part_, width = width_, height = height_] {
-      return part == FlakePart::Below ? maps->at(time, RunControl()).height : ImageF(width, height);
+    look.heights[tile] = [maps = maps_, time = time_, part = part_, silent = silent_, width = width_,
+                          height = height_] {
+      return part == FlakePart::Below ? maps->at(time, silent).height : ImageF(width, height);
     };
   }
 
  private:
   [[nodiscard]] GlbTexture texture(int channels, std::function<ImageU8(const SurfaceMaps& maps)> codes) const {
     return {width_, height_, channels,
-            [maps = maps_, time = time_, part = part_, codes = std::move(codes)](const Write& write) {
-              write(codes(maps_of(maps->at(time, RunControl()), part)).values());
-            }};
+            [maps = maps_, time = time_, part = part_, silent = silent_, codes = std::move(codes)](
+                const WriteRows& write) { write(codes(maps_of(maps->at(time, silent), part)).values()); }};
   }
   static ImageF metalness(const SurfaceMaps& m) {
     return m.metalness.empty() ? ImageF(m.color.width(), m.color.height()) : m.metalness;
@@ -84,6 +87,7 @@ class PartTextures {
   std::shared_ptr<FlakeMaps> maps_;
   double time_;
   FlakePart part_;
+  RunControl silent_;
   int width_, height_;
 };
 
@@ -142,12 +146,12 @@ void add_flakes_to(ModelParts& parts, const std::shared_ptr<SimulatedSurface>& s
     if (!at.pieces || at.pieces->mesh.triangles.empty()) continue;
     const std::string label = times.size() > 1 ? " " + labels[i] : "";
     const int first = add_tiles(parts, i, label);
-    const int width = at.color.width(), height = at.color.height();
-    PartTextures(maps, times[i], FlakePart::Below, width, height).put(parts.appearance[i], 0);
-    PartTextures(maps, times[i], FlakePart::Tops, width, height)
-        .put(parts.appearance[i], static_cast<std::size_t>(first));
-    PartTextures(maps, times[i], FlakePart::Undersides, width, height)
-        .put(parts.appearance[i], static_cast<std::size_t>(first) + 1);
+    const auto put = [&](FlakePart part, int tile) {
+      PartTextures(maps, times[i], part, control.silent()).put(parts.appearance[i], static_cast<std::size_t>(tile));
+    };
+    put(FlakePart::Below, 0);
+    put(FlakePart::Tops, first);
+    put(FlakePart::Undersides, first + 1);
     add_triangles(parts, *at.pieces, first, label, are_objects);
   }
 }

@@ -3,10 +3,15 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 
 #include "patinate/image/image.h"
 
 namespace patinate::app {
+
+/// Takes rows of a texture, from top to bottom (GlbTexture::make).
+using WriteRows = std::function<void(std::span<const std::uint8_t> rows)>;
 
 /// Codes of one channel. @param values  [0, 1].
 [[nodiscard]] ImageU8 unit_codes(const ImageF& values);

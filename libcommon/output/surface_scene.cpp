@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "libcommon/core/parallel.h"
 #include "libcommon/geometry/mesh_append.h"
 #include "libcommon/geometry/mesh_refine.h"
 #include "libcommon/output/hit_corners.h"
@@ -38,6 +39,32 @@ void check_maps(const SurfaceMaps& maps) {
   check_channels(maps.height, 1, "a height is one number a texel");
   check_channels(maps.wetness, 1, "a wetness is one number a texel");
   check_channels(maps.plants, 1, "an amount of plants is one number a texel");
+}
+
+/// Ambient visibility of pieces, where they come out of the surface too. The end of a piece that is inside the surface
+/// is dark; what is seen beside it would be darkened by it. It gets the largest value beside it.
+/// @param all  Of the surface's triangles, and behind them of the pieces'.
+std::vector<float> visibility_of_pieces(const Mesh& pieces, const Mesh& surface, const RayScene& all, int num_surface,
+                                        double diagonal, const RenderOptions& options, const RunControl& control) {
+  std::vector<float> open = occlusion_at_vertices(pieces, all, diagonal, options, control);
+  const std::vector<Vec3> normals = vertex_normals(pieces);
+  const double depth = 0.01 * diagonal;  // Far more than pieces go in, and less than a body is thick.
+  std::vector<char> is_inside(open.size(), 0);
+  parallel_for(static_cast<std::int64_t>(open.size()), 1024, control, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < end; ++i) {
+      const std::optional<RayHit> hit = all.first_hit(pieces.positions[i], normals[i], kRayOffset * diagonal, depth);
+      is_inside[i] = hit && hit->triangle < num_surface && area_vector(surface, hit->triangle).dot(normals[i]) > 0.0;
+    }
+  });
+  const std::vector<float> before = open;
+  for (const Triangle& t : pieces.triangles) {
+    for (const int i : t) {
+      for (const int k : t) {
+        if (is_inside[i] != 0 && is_inside[k] == 0) open[i] = std::max(open[i], before[k]);
+      }
+    }
+  }
+  return open;
 }
 
 void check_pieces(const SurfacePieces& pieces) {
@@ -83,7 +110,7 @@ const ImageF& SurfaceScene::heights(const SurfaceMaps& maps, const SurfaceOption
 }
 
 SurfaceScene::SurfaceScene(const Mesh& mesh, std::shared_ptr<const SurfaceShape> shape, SurfaceMaps maps,
-                           const RenderOptions& options, const SurfaceOptions& surface)
+                           const RenderOptions& options, const SurfaceOptions& surface, const RunControl& control)
     : maps_(std::move(maps)),
       options_(options),
       surface_(surface),
@@ -98,13 +125,13 @@ SurfaceScene::SurfaceScene(const Mesh& mesh, std::shared_ptr<const SurfaceShape>
     const ReliefNormals normals = maps_.normals.empty() ? ReliefNormals::Turned : ReliefNormals::Kept;
     mesh_ = displaced(std::move(mesh_), height, surface.relief, normals);
   }
-  if (maps_.pieces && !maps_.pieces->mesh.triangles.empty()) add_pieces();
+  if (maps_.pieces && !maps_.pieces->mesh.triangles.empty()) add_pieces(control);
   if (!maps_.normals.empty()) tangents_ = corner_tangents(mesh_);
   plants_ = add_plants(mesh_, plants, open_);
   scene_.emplace(mesh_);
 }
 
-void SurfaceScene::add_pieces() {
+void SurfaceScene::add_pieces(const RunControl& control) {
   check_pieces(*maps_.pieces);
   const Mesh pieces = with_normals(maps_.pieces->mesh);
   const std::size_t first_position = mesh_.positions.size();
@@ -112,7 +139,8 @@ void SurfaceScene::add_pieces() {
   append_mesh(mesh_, pieces);
   end_of_pieces_ = mesh_.triangles.size();
   const RayScene all(mesh_);
-  const std::vector<float> open = occlusion_at_vertices(pieces, all, diagonal(), options_, RunControl());
+  const std::vector<float> open =
+      visibility_of_pieces(pieces, mesh_, all, static_cast<int>(first_piece_), diagonal(), options_, control);
   open_.resize(first_position);
   open_.insert(open_.end(), open.begin(), open.end());
 }

@@ -54,7 +54,7 @@ class SurfaceScene {
  public:
   /// @param mesh  As it was given. @param shape  Must fit the heights. @throws InvalidInput as SurfaceView.
   SurfaceScene(const Mesh& mesh, std::shared_ptr<const SurfaceShape> shape, SurfaceMaps maps,
-               const RenderOptions& options, const SurfaceOptions& surface);
+               const RenderOptions& options, const SurfaceOptions& surface, const RunControl& control);
   /// The heights that move a surface: those of the maps, or none.
   [[nodiscard]] static const ImageF& heights(const SurfaceMaps& maps, const SurfaceOptions& surface);
 
@@ -77,7 +77,7 @@ class SurfaceScene {
 
  private:
   /// Appends the pieces to the mesh, and finds their ambient visibility.
-  void add_pieces();
+  void add_pieces(const RunControl& control);
   [[nodiscard]] SeenPoint point(const RayHit& hit, const Vec3& direction) const;
   /// Of what a triangle shows.
   [[nodiscard]] const SurfaceMaps& maps_of(std::size_t triangle) const;

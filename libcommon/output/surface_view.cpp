@@ -312,8 +312,8 @@ void SurfaceView::show(SurfaceMaps maps, const RunControl& control) {
   const ImageF& height = SurfaceScene::heights(maps, impl_->surface);
   if (!impl_->shape || !impl_->shape->fits(height))
     impl_->shape = std::make_shared<const SurfaceShape>(impl_->mesh, height, impl_->options, control);
-  impl_->scene =
-      std::make_unique<const SurfaceScene>(impl_->mesh, impl_->shape, std::move(maps), impl_->options, impl_->surface);
+  impl_->scene = std::make_unique<const SurfaceScene>(impl_->mesh, impl_->shape, std::move(maps), impl_->options,
+                                                      impl_->surface, control.silent());
   control.report(1.0);
 }
 

@@ -36,6 +36,11 @@ LayerCracks read_cracks(JsonReader json, const std::string& layer, const SceneCo
         read_start_value(json.member("strength"), between(0, kMaxStrength), layer + "_strength", context, scene);
   if (json.has("relief")) cracks.relief = json.member("relief").number(between(0.1, 1000));
   if (json.has("shrinkage")) cracks.shrinkage = json.member("shrinkage").number(between(0, 0.5));
+  if (json.has("initial")) {
+    constexpr double kMostFactor = 1000.0;
+    cracks.initial =
+        read_start_value(json.member("initial"), between(0, kMostFactor), layer + "_cracks", context, scene);
+  }
   if (json.has("tension")) cracks.tension = read_tension(json.member("tension"));
   json.finish();
   return cracks;

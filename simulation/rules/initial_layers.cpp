@@ -6,6 +6,9 @@
 #include <string_view>
 #include <utility>
 
+#include "libcommon/core/text.h"
+#include "patinate/core/error.h"
+#include "simulation/layers/initial_cracks.h"
 #include "simulation/rules/start_values.h"
 #include "simulation/rules/tension_axes.h"
 
@@ -13,13 +16,15 @@ namespace patinate::simulation {
 
 namespace {
 
-enum class LayerQuantity { Thickness, Adhesion, Strength };
-constexpr std::array<std::string_view, 3> kQuantityNames{"thickness_um", "adhesion", "cracks/strength"};
+enum class LayerQuantity { Thickness, Adhesion, Strength, Cracks };
+constexpr std::array<std::string_view, 4> kQuantityNames{"thickness_um", "adhesion", "cracks/strength",
+                                                         "cracks/initial"};
 
 /// What a layer states.
 std::vector<LayerQuantity> quantities_of(const Layer& layer) {
   std::vector<LayerQuantity> quantities{LayerQuantity::Thickness, LayerQuantity::Adhesion};
   if (layer.cracks) quantities.push_back(LayerQuantity::Strength);
+  if (layer.cracks && !layer.cracks->initial.empty()) quantities.push_back(LayerQuantity::Cracks);
   return quantities;
 }
 
@@ -29,7 +34,8 @@ StartExpression layer_expression(const Scene& scene, std::size_t object, std::si
   return {.object = object,
           .text = quantity == LayerQuantity::Thickness  ? stated.thickness_um
                   : quantity == LayerQuantity::Adhesion ? stated.adhesion
-                                                        : stated.cracks->strength,
+                  : quantity == LayerQuantity::Strength ? stated.cracks->strength
+                                                        : stated.cracks->initial,
           .subject = std::string(kQuantityNames[static_cast<std::size_t>(quantity)]) + " of layer '" + stated.name +
                      "' of object '" + of.name + "'"};
 }
@@ -52,13 +58,40 @@ void lay_quanta(std::size_t object, int layer, TileIndex tile, std::span<const f
   std::copy(after.begin(), after.end(), stored.begin());
 }
 
+/// Marks texels of the object where the values say that there is a crack.
+void mark_cracks(std::size_t object, TileIndex tile, std::span<const float> values, const SurfaceAtlas& surface,
+                 ImageU8& marked) {
+  const TileGrid& grid = surface.grid();
+  for (std::uint32_t i = 0; i < TileGrid::kTileTexels; ++i) {
+    const TexelIndex t = tile * TileGrid::kTileTexels + i;
+    const int triangle = surface.triangle(t);
+    if (triangle < 0 || static_cast<std::size_t>(surface.object(triangle)) != object) continue;
+    if (static_cast<double>(values[i]) >= kCrackValue) marked.at(grid.x(t), grid.y(t)) = 255;
+  }
+}
+
+/// @throws InvalidInput if a picture is not over the object's square of UVs.
+void check_crack_maps(const Scene& scene, const StartExpression& expression, const std::vector<std::string>& names) {
+  for (const SceneMap& map : scene.maps) {
+    const bool is_named = std::find(names.begin(), names.end(), map.name) != names.end();
+    if (!is_named || expression.object >= map.images.size()) continue;
+    const ImageF& image = map.images[expression.object];
+    if (image.width() == image.height()) continue;
+    throw InvalidInput(expression.subject + ": the picture of '" + map.name + "' is " +
+                       size_text(image.width(), image.height()) +
+                       " pixels; a map of cracks is square, over the object's UVs");
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> layer_map_names(const Scene& scene, std::size_t object, std::size_t layer) {
   std::vector<std::string> names;
   for (const LayerQuantity quantity : quantities_of(scene.objects[object].layers[layer])) {
-    for (const std::string& name : start_names(scene, layer_expression(scene, object, layer, quantity)))
-      names.push_back(name);
+    const StartExpression expression = layer_expression(scene, object, layer, quantity);
+    const std::vector<std::string> own = start_names(scene, expression);
+    if (quantity == LayerQuantity::Cracks) check_crack_maps(scene, expression, own);
+    names.insert(names.end(), own.begin(), own.end());
   }
   return names;
 }
@@ -75,10 +108,14 @@ void lay_initial_layers(const Scene& scene, const SceneMesh& scene_mesh, LayerAt
     for (std::size_t l = 1; l < scene.objects[o].layers.size(); ++l) {
       for (const LayerQuantity quantity : quantities_of(scene.objects[o].layers[l])) {
         expressions.push_back(layer_expression(scene, o, l, quantity));
+        if (quantity == LayerQuantity::Cracks)
+          check_crack_maps(scene, expressions.back(), start_names(scene, expressions.back()));
         laid.push_back({static_cast<int>(l), quantity});
       }
     }
   }
+  const TileGrid& grid = layers.surface().grid();
+  std::array<ImageU8, kMaxLayers> marked;  // By layer.
   evaluate_at_start(
       scene, scene_mesh, layers.surface(), expressions,
       [&](std::size_t i, TileIndex tile, std::span<const float> values) {
@@ -92,10 +129,18 @@ void lay_initial_layers(const Scene& scene, const SceneMesh& scene_mesh, LayerAt
             return lay(1.0, LayerAtlas::kAdhesionOne, layers.adhesion());
           case LayerQuantity::Strength:
             return lay(kMaxStrength, kAmountOne, layers.strength());
+          case LayerQuantity::Cracks: {
+            ImageU8& own = marked[static_cast<std::size_t>(laid[i].layer)];
+            if (own.empty()) own = ImageU8(grid.width, grid.height);
+            return mark_cracks(expressions[i].object, tile, values, layers.surface(), own);
+          }
         }
       },
       control);
   lay_tension_axes(scene, scene_mesh, layers);
+  for (std::size_t l = 1; l < marked.size(); ++l) {
+    if (!marked[l].empty()) lay_cracks(marked[l], static_cast<int>(l), layers);
+  }
   layers.renew_tops(control);
   layers.begin_accounts(control);
 }

@@ -16,9 +16,9 @@ namespace patinate::simulation {
 /// Maps that a layer's thickness and adhesion ask for. @throws InvalidInput if one of them cannot be read.
 [[nodiscard]] std::vector<std::string> layer_map_names(const Scene& scene, std::size_t object, std::size_t layer);
 
-/// Gives every texel the thicknesses, the adhesion and the cracks' strength and directions that its object's layers
-/// state, finds which layer shows, and opens the accounts. @param layers  New. @throws InvalidInput for an expression
-/// or a map that cannot be. Same bits for any number of threads and instruction set.
+/// Gives every texel the thicknesses, the adhesion, the cracks and their strength and directions that its object's
+/// layers state, finds which layer shows, and opens the accounts. @param layers  New. @throws InvalidInput for an
+/// expression or a map that cannot be. Same bits for any number of threads and instruction set.
 void lay_initial_layers(const Scene& scene, const SceneMesh& scene_mesh, LayerAtlas& layers,
                         const RunControl& control = {});
 

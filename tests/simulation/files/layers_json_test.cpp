@@ -115,6 +115,8 @@ TEST(LayersJson, SaysWhereAndWhatIsWrong) {
          "a direction, not [0, 0, 0]");
   expect(with(layers + "/1/cracks", {{"strenght", 1}}), layers + "/1/cracks", "strenght");
   expect(with(layers + "/1/cracks", {{"strength", "1 + wornn"}}), layers + "/1", "unknown map `wornn`");
+  expect(with(layers + "/1/cracks", {{"initial", "2*wornn"}}), layers + "/1", "unknown map `wornn`");
+  expect(with(layers + "/1/cracks", {{"initial", -1}}), layers + "/1/cracks/initial", "-1");
   expect(with("/rules/0/products", {{"stress", 1}}), "painted.json", "no layer has \"cracks\"");
   expect(with(layers + "/2/name", "primer"), layers + "/2/name", "names of layers that differ");
   expect(with(layers + "/0/preset", "irn"), layers + "/0/preset", "did you mean `iron`");
@@ -141,11 +143,14 @@ TEST(LayersJson, HaveCracksWithDefaults) {
   layers[2]["cracks"] = {{"strength", "0.5 + accessibility"},
                          {"relief", 20},
                          {"shrinkage", 0.1},
-                         {"tension", {{"along", {0, 2, 0}}, {"ratio", 0.4}}}};
+                         {"tension", {{"along", {0, 2, 0}}, {"ratio", 0.4}}},
+                         {"initial", "accessibility"}};
   json["rules"][0]["products"] = {{"stress", 0.5}};
   const Scene scene = read_painted(json);
   EXPECT_FALSE(scene.objects[0].layers[0].cracks);
   EXPECT_EQ(scene.objects[0].layers[1].cracks->strength, "1");
+  EXPECT_EQ(scene.objects[0].layers[1].cracks->initial, "");
+  EXPECT_EQ(scene.objects[0].layers[2].cracks->initial, "accessibility");
   EXPECT_EQ(scene.objects[0].layers[1].cracks->relief, LayerCracks{}.relief);
   EXPECT_FALSE(scene.objects[0].layers[1].cracks->tension);
   EXPECT_EQ(scene.objects[0].layers[2].cracks->tension->along, Vec3::UnitY());

@@ -98,7 +98,11 @@ struct LayerCracks {
   double relief = 5.0;      ///< A crack relieves the stress beside it over so many thicknesses; [0.1, 1000].
   double shrinkage = 0.02;  ///< Strain that stress 1 stands for, by which cracks open; [0, 0.5].
   std::optional<CrackTension> tension{};  ///< None: alike in all directions.
+  /// Where it is cracked at the start: where this expression is at least kCrackValue, along the center lines of what is
+  /// so. Empty: nowhere. Pictures that it names are square.
+  std::string initial{};
 };
+inline constexpr double kCrackValue = 0.5;
 
 /// A coat of an object, or its substrate (docs/algorithms/layers.md).
 struct Layer {

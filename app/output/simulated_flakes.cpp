@@ -80,10 +80,19 @@ void flatten_rims(const simulation::LiftedFlakes& lifted, ImageF& normals) {
   }
 }
 
-void dilate_all(SurfaceMaps& maps, const ImageU8& coverage) {
+/// Shows flakes and their rims alone; all else has one value, so that a file of it is small.
+void keep_flakes(SurfaceMaps& maps, const ImageU8& is_flake) {
+  ImageU8 is_near = is_flake;
+  dilate(is_near, is_flake, kRim);
+  const auto first = std::find(is_flake.values().begin(), is_flake.values().end(), 255) - is_flake.values().begin();
   for (ImageF* map : {&maps.color, &maps.normals, &maps.roughness, &maps.metalness, &maps.specular, &maps.height,
                       &maps.wetness, &maps.plants}) {
-    if (!map->empty()) dilate(*map, coverage, kRim);
+    if (map->empty()) continue;
+    dilate(*map, is_flake, kRim);
+    const int channels = map->channels();
+    for (std::int64_t i = 0; i < map->num_pixels(); ++i) {
+      if (is_near.data()[i] == 0) std::copy_n(map->data() + first * channels, channels, map->data() + i * channels);
+    }
   }
 }
 
@@ -114,7 +123,7 @@ SurfaceMaps maps_and_flakes(simulation::Simulation& simulation, const ComposedMa
   SurfaceMaps tops = compose(control.part(0.0, 0.3));
   const ImageF whole_normals = tops.normals;
   if (!tops.normals.empty()) flatten_rims(lifted, tops.normals);
-  dilate_all(tops, is_flake);
+  keep_flakes(tops, is_flake);
   for (float& height : tops.height.values()) height *= static_cast<float>(relief);
   simulation::FlakeShells shells = simulation::flake_shells(lifted, map(), relief > 0.0 ? tops.height : ImageF(),
                                                             simulation::kMostFlakeTriangles, control.part(0.3, 0.4));
@@ -135,7 +144,7 @@ SurfaceMaps maps_and_flakes(simulation::Simulation& simulation, const ComposedMa
   }
   SurfaceMaps undersides = compose(control.part(0.4, 0.7));
   undersides.normals = ImageF();
-  dilate_all(undersides, is_flake);
+  keep_flakes(undersides, is_flake);
 
   const auto is_bare = [&](int l, std::size_t i) { return lifted.bare[i] != 0 && leaving[i] == l; };
   for (std::size_t m = 0; m < materials.size(); ++m) {

@@ -177,6 +177,12 @@ std::vector<std::string> replicate_verdict(const ReplicateComparison& c) {
   return text;
 }
 
+std::string verdict_sentence(std::string conclusion) {
+  if (conclusion.front() >= 'a' && conclusion.front() <= 'z' && !conclusion.starts_with("p of"))
+    conclusion.front() = static_cast<char>(conclusion.front() - 'a' + 'A');
+  return conclusion + ".";
+}
+
 void write_replicates_report(const fs::path& folder, const ReplicatesProvenance& provenance,
                              const ReplicateComparison& comparison, const Section& look) {
   HtmlPage page(against(comparison.size_a, comparison.size_b) + " replicates");
@@ -185,12 +191,7 @@ void write_replicates_report(const fs::path& folder, const ReplicatesProvenance&
       std::to_string(comparison.size_a) + " of all " + std::to_string(comparison.size_a + comparison.size_b) +
       " replicates called A) that separate the sides at least as much (" + std::to_string(comparison.num_labelings) +
       " relabelings, " + (comparison.is_exact ? "all" : "drawn at random") + ").");
-  for (const std::string& sentence : replicate_verdict(comparison)) {
-    std::string text = sentence;
-    if (text.front() >= 'a' && text.front() <= 'z' && !text.starts_with("p of"))
-      text.front() = static_cast<char>(text.front() - 'a' + 'A');
-    page.paragraph(text + ".");
-  }
+  for (const std::string& conclusion : replicate_verdict(comparison)) page.paragraph(verdict_sentence(conclusion));
   for (const std::string& warning : provenance.warnings) page.paragraph("Warning: " + warning + ".");
   add_figures(page, comparison);
   add_section(page, look, folder, "");

@@ -24,6 +24,9 @@ struct ReplicatesProvenance {
 /// Conclusions from the p values, a sentence each.
 [[nodiscard]] std::vector<std::string> replicate_verdict(const ReplicateComparison& comparison);
 
+/// With a capital and a period. @param conclusion  One of replicate_verdict(), not empty.
+[[nodiscard]] std::string verdict_sentence(std::string conclusion);
+
 /// Writes report.html (everything inside), report.json, figures.csv and distances.csv.
 /// @param look  Every picture must have a `source`. @throws CannotComplete; InvalidInput if a number is not finite.
 void write_replicates_report(const std::filesystem::path& folder, const ReplicatesProvenance& provenance,

@@ -8,6 +8,7 @@
 
 #include "analysis/compare/replicates.h"
 #include "analysis/compare/replicates_report.h"
+#include "analysis/grading/grade_report.h"
 #include "analysis/grading/grade_rules.h"
 #include "analysis/grading/grade_times.h"
 #include "analysis/report/analysis_documents.h"
@@ -237,12 +238,12 @@ void write_page(const fs::path& folder, const GradeGroupsDocument& d, const std:
                 (has_b ? " panels against " + std::to_string(d.b.size()) : " panels"));
   page.paragraph("All figures are those at " + time +
                  ", the last time that all panels have. The deviation is that of a single panel.");
-  for (const std::string& sentence : d.verdict) page.paragraph(sentence + ".");
+  for (const std::string& sentence : d.verdict) page.paragraph(verdict_sentence(sentence));
   std::vector<std::string> header{"region", "figure", "A, mean", "deviation"};
   if (has_b) header.insert(header.end(), {"B, mean", "deviation", "p", "p (Holm)"});
   std::vector<std::vector<std::string>> rows;
   for (const GroupsFigure& f : d.figures) {
-    rows.push_back({f.region, f.name, figure_text(f.a.mean), figure_text(f.a.deviation)});
+    rows.push_back({f.region, figure_title(f.name), figure_text(f.a.mean), figure_text(f.a.deviation)});
     if (f.b)
       rows.back().insert(rows.back().end(), {figure_text(f.b->mean), figure_text(f.b->deviation), figure_text(*f.p),
                                              figure_text(*f.p_corrected)});

@@ -86,7 +86,7 @@ void add_figure_table(HtmlPage& page, const GradeReport& report, const GradedReg
   for (const FigureTitle& title : kTitles) {
     if (!has_figure(region, title.name)) continue;
     figures.push_back(&title);
-    header.push_back(std::string(title.title) + (title.unit.empty() ? "" : ", " + std::string(title.unit)));
+    header.push_back(figure_title(title.name));
   }
   std::vector<std::vector<std::string>> rows;
   for (const std::size_t t : shown_rows(region.times.size())) {
@@ -159,10 +159,8 @@ void add_forecast_table(HtmlPage& page, const GradeReport& report, const GradedR
   if (region.forecasts.empty()) return;
   std::vector<std::vector<std::string>> rows;
   for (const FigureForecast& f : region.forecasts) {
-    const auto title =
-        std::find_if(kTitles.begin(), kTitles.end(), [&](const FigureTitle& t) { return t.name == f.figure; });
-    rows.push_back({std::string(title->title) + (title->unit.empty() ? "" : ", " + std::string(title->unit)),
-                    with_interval(f.values.back()), law_text(f.test), digits(f.test.error / f.test.held_error)});
+    rows.push_back({figure_title(f.figure), with_interval(f.values.back()), law_text(f.test),
+                    digits(f.test.error / f.test.held_error)});
   }
   page.paragraph(
       "Forecast at " + time_text(report, report.surface.forecast_times.back()) +
@@ -306,6 +304,12 @@ std::string csv_rows(const GradeReport& report) {
 }
 
 }  // namespace
+
+std::string figure_title(std::string_view figure) {
+  const auto* const title =
+      std::find_if(kTitles.begin(), kTitles.end(), [&](const FigureTitle& t) { return t.name == figure; });
+  return std::string(title->title) + (title->unit.empty() ? "" : ", " + std::string(title->unit));
+}
 
 std::vector<std::string> grade_lines(const GradeReport& report) {
   std::vector<std::string> lines;

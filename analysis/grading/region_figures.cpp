@@ -179,6 +179,17 @@ Vec2 from_of(const Scribe& s) { return {s.x0, s.y0}; }
 Vec2 way_of(const Scribe& s) { return Vec2(s.x1, s.y1) - from_of(s); }
 double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
+/// Whether a place is nearer to another scribe than `distance`.
+bool is_nearer_to_another(const Vec2& place, double distance, const Scribe& scribe,
+                          const std::vector<Scribe>& scribes) {
+  return std::any_of(scribes.begin(), scribes.end(), [&](const Scribe& other) {
+    if (&other == &scribe) return false;
+    const Vec2 way = way_of(other), beyond = place - from_of(other);
+    const double along = std::clamp(beyond.dot(way) / way.squaredNorm(), 0.0, 1.0);
+    return (beyond - along * way).norm() < distance;
+  });
+}
+
 /// Where other scribes cross this one, as shares of its length.
 std::vector<double> crossings_of(const Scribe& scribe, const std::vector<Scribe>& scribes) {
   std::vector<double> out;
@@ -357,13 +368,20 @@ void add_creep_figures(const ImageF& rust, const ImageU8& region, double pixel_m
       const bool is_at_crossing =
           std::any_of(crossings.begin(), crossings.end(), [&](double c) { return std::abs(along - c) < kScribeEnds; });
       if (is_at_crossing) continue;
-      double width = 0.0;
+      const Vec2 place = from + along * way;
+      double width = 0.0, widest = 0.0;
+      bool is_merged = false;
       for (const double side : {-1.0, 1.0}) {
         double reach = half;
-        while (is_rusted(from + along * way + side * (reach + step) * across)) reach += step;
+        while (!is_merged && is_rusted(place + side * (reach + step) * across)) {
+          reach += step;
+          is_merged = is_nearer_to_another(place + side * reach * across, reach, scribe, scribes);
+        }
         width += reach - half;
-        most = std::max(most, reach - half);
+        widest = std::max(widest, reach - half);
       }
+      if (is_merged) continue;  // Nobody tells whose rust it is.
+      most = std::max(most, widest);
       sum += 0.5 * width;
       num_places += 1.0;
     }

@@ -25,8 +25,9 @@ void add_crack_figures(const ImageU8& cracks, const ImageU8& region, double pixe
 /// dimension of a flake. A blister that is more than half rust is a pile of rust. @param rust  Coverage.
 void add_relief_figures(const ReliefMarks& blisters, const ReliefMarks& flakes, const ImageF& rust,
                         const ImageU8& region, double pixel_mm, RegionFigures& figures);
-/// Sets mean and largest creep to one side of the scribes [ISO 4628-8:2012, clause 6]. Places near an end of a scribe
-/// and near where two of them cross do not count. @param rust  Coverage. @param scribes  At least one.
+/// Sets mean and largest creep to one side of the scribes [ISO 4628-8:2012, clause 6]. Places near an end of a scribe,
+/// near where two of them cross and where the rust of two has merged do not count. @param rust  Coverage. @param
+/// scribes  At least one.
 void add_creep_figures(const ImageF& rust, const ImageU8& region, double pixel_mm, const std::vector<Scribe>& scribes,
                        RegionFigures& figures);
 

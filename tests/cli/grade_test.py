@@ -201,6 +201,7 @@ class Grade(CommandCase):
         self.fails(INPUT, "is given twice", "grade", panel, "--region", "a=1,1,9,1,9,9", "--region", "a=11,1,19,1,19,9", "-o", "out")
         self.fails(INPUT, "lies outside of the sample", "grade", panel, "--edge-mm", "2", "--scribe", "15,5,15,200,0.5", "-o", "out")
         self.fails(USAGE, "--region", "grade", panel, "--region", "1,2,3", "-o", "out")
+        self.fails(USAGE, "give it alone", "grade", panel, "--scribe", "auto", "--scribe", "1,2,3,4,0.5", "-o", "out")
         self.fails(USAGE, "--scribe", "grade", panel, "--scribe", "1,2,3", "-o", "out")
         self.fails(USAGE, "--scribe", "grade", panel, "--scribe", "longest", "-o", "out")
         self.fails(INPUT, "no photograph has the time 7", "grade", panel, "--edge-mm", "2", "--unexposed", "7", "-o", "out")

@@ -71,7 +71,10 @@ analysis::Scribe scribe_from(const std::string& text) {
 analysis::ScribeRequest scribes_from(const std::vector<std::string>& texts) {
   analysis::ScribeRequest request{.is_wanted = !texts.empty()};
   if (texts == std::vector<std::string>{"auto"}) return request;
-  for (const std::string& text : texts) request.given.push_back(scribe_from(text));
+  for (const std::string& text : texts) {
+    if (text == "auto") throw app::UsageError("--scribe: auto finds all scratches; give it alone");
+    request.given.push_back(scribe_from(text));
+  }
   return request;
 }
 

@@ -118,7 +118,7 @@ double distance_across(const Scribe& s, double x_mm, double y_mm) {
   return std::abs((x_mm - s.x0) * (s.y1 - s.y0) - (y_mm - s.y0) * (s.x1 - s.x0)) / length_of(s);
 }
 
-/// The lines that answer, from the longest segment on; a segment along a line that was found is part of it.
+/// The lines that answer, from the longest on; a segment along a line that was found is part of it.
 std::vector<Scribe> lines_of(const cv::Mat& answer, const cv::Mat& inner, double pixel_mm, double least_px) {
   const int reach = std::max(2, static_cast<int>(std::ceil(kMaxWidth_mm / pixel_mm)));
   const int max_gap = std::max(2, static_cast<int>(std::lround(kMaxGap_mm / pixel_mm)));
@@ -146,8 +146,12 @@ std::vector<Scribe> lines_of(const cv::Mat& answer, const cv::Mat& inner, double
     found.push_back({mm(line.x + extent.begin * line.dx), mm(line.y + extent.begin * line.dy),
                      mm(line.x + extent.end * line.dx), mm(line.y + extent.end * line.dy),
                      std::max(1.0, extent.width) * pixel_mm});
-    if (length_of(found.back()) < kMinOfLongest * length_of(found.front())) found.pop_back();
   }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Scribe& a, const Scribe& b) { return length_of(a) > length_of(b); });
+  std::erase_if(found, [longest = found.empty() ? 0.0 : length_of(found.front())](const Scribe& s) {
+    return length_of(s) < kMinOfLongest * longest;
+  });
   return found;
 }
 

@@ -35,6 +35,8 @@ analysis::ScribeRequest scribe_from(const py::object& given) {
     if (py::cast<std::string>(given) != "auto") throw InvalidInput("scribe: expected \"auto\" or five numbers in mm");
     return {.is_wanted = true};
   }
+  if (!py::isinstance<py::sequence>(given))
+    wrong_type("grade", "scribe", given, "\"auto\", five numbers in mm, or a list of such");
   const auto list = py::cast<py::sequence>(given);
   const bool is_one = list.size() > 0 && !py::isinstance<py::sequence>(list[0]);
   const auto scribes = is_one ? std::vector<std::vector<double>>{py::cast<std::vector<double>>(given)}

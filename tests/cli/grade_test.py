@@ -133,7 +133,7 @@ class Grade(CommandCase):
         # A panel of the group has the report that it has alone.
         self.succeeds("grade", good[1], "--edge-mm", "2", "-o", "alone")
         alone, among = (json.loads((self.folder / name / "report.json").read_text()) for name in ("alone", "report/panels/2"))
-        self.assertEqual(alone["regions"], among["regions"])
+        self.assertEqual((alone["regions"], alone["command"]), (among["regions"], among["command"]))
         self.assertEqual({g["scale"] for g in report["grades"]}, {"ri", "d610", "rp", "crack_size"})
         self.assertIn("Degree of rusting", (self.folder / "report/report.html").read_text())
         self.assertIn("none of 11 figures differs", self.succeeds("info", "report"))

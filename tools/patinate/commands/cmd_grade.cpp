@@ -84,9 +84,10 @@ void require_history(const fs::path& path) {
     throw InvalidInput(path.string() + ": is no history or transfer; only those age");
 }
 
-/// Replicates, and those of another treatment.
+/// Replicates, and those of another treatment. @param command_of  Command that grades one panel alone.
+template <class CommandOf>
 int grade_groups(CommandRun& run, const analysis::GradeTask& task, const std::vector<fs::path>& panels,
-                 const std::vector<fs::path>& against, const fs::path& output) {
+                 const std::vector<fs::path>& against, const CommandOf& command_of, const fs::path& output) {
   analysis::GradeGroupsTask groups{
       .a = {}, .names = {}, .seed = static_cast<std::uint64_t>(run.line.common().seed), .command = task.command};
   if (run.line.common().seed != CommonOptions{}.seed)
@@ -97,7 +98,7 @@ int grade_groups(CommandRun& run, const analysis::GradeTask& task, const std::ve
       analysis::GradeTask& panel = side->emplace_back(task);
       panel.history = app::history_place(path);
       require_history(panel.history);
-      panel.command = "";  // The page of the groups says what repeats it.
+      panel.command = command_of(path);
     }
   }
   const std::optional<JobStatus> status =
@@ -167,7 +168,10 @@ int cmd_grade(CommandRun& run) {
   if (!run.parse()) return 0;
   panels.insert(panels.begin(), task.history);
   task.command = grade_command(task, panels, against, regions, scribes);
-  if (panels.size() > 1 || !against.empty()) return grade_groups(run, task, panels, against, output);
+  if (panels.size() > 1 || !against.empty()) {
+    const auto alone = [&](const fs::path& path) { return grade_command(task, {path}, {}, regions, scribes); };
+    return grade_groups(run, task, panels, against, alone, output);
+  }
   task.history = app::history_place(task.history);
   require_history(task.history);
   const std::optional<JobStatus> status = run.make_folder(analysis::plan_grade(task, output), "grade");
